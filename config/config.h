@@ -1,0 +1,48 @@
+/*
+ * The station's configuration: one YAML file that names rig, layout and cameras. Everything else
+ * has a default. docs/operators-guide.md lists every key.
+ */
+#pragma once
+
+#include <limits.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/diag.h"
+#include "drivers/camera.h"
+#include "drivers/trigger.h"
+#include "track/blobs.h"
+#include "track/layout.h"
+#include "track/tracker.h"
+
+enum camera_role { ROLE_IR, ROLE_HD };
+
+struct config_camera {
+	char name[NAME_BYTES];
+	char address[256]; /* driver:rest; paths in it are relative to base_dir */
+	enum camera_role role;
+	struct camera_mode wanted; /* zero fields: the device's own choice */
+	int line, column;          /* of the camera in the file, for messages */
+};
+
+struct config {
+	char path[PATH_MAX];
+	char base_dir[PATH_MAX]; /* the directory that relative paths start from */
+	char rig_dir[PATH_MAX];
+	char layout_path[PATH_MAX];
+	char socket_dir[PATH_MAX]; /* stream.sock and control.sock; default /run/stage */
+	char trigger[64];          /* address; default "free" */
+	struct trigger_plan plan;  /* period from rate_hz (default 120) */
+	uint32_t camera_count;
+	struct config_camera cameras[CAMERA_MAX];
+	struct blob_settings blobs;
+	struct tracker_settings tracking;
+	/* only for sim: cameras */
+	char sim_scene[PATH_MAX]; /* a built-in name or a path; default "talking" */
+	uint64_t sim_seed;
+	int64_t sim_epoch_ns; /* scene time 0 on CLOCK_MONOTONIC; 0 = when the daemon starts */
+};
+
+/* Reads and checks the file alone (not what it names). Every error is one message
+ * "file:line:column: field: what is wrong". Returns 0, -EINVAL, or the errno of reading it. */
+int config_load(struct config *config, const char *path, struct diag *diag);

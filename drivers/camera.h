@@ -1,0 +1,91 @@
+/*
+ * What a camera driver is: a const table of calls. A driver is one small file that embeds
+ * `struct camera` as the first member of its own struct.
+ *
+ * Threads: list, open, configure, start, stop and close run on the control thread and may block and
+ * allocate. acquire and release run on the camera's capture thread, which may not allocate, lock or
+ * log. stop is called after the capture thread has ended.
+ */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/diag.h"
+
+enum pixel_format {
+	PIXEL_GREY8,
+	PIXEL_RGB8,      /* 3 bytes a pixel */
+	PIXEL_BAYER_RG8, /* R G / G B, 1 byte a pixel */
+};
+
+/* One exposure, lent by acquire until release. Pixel (0,0) is the centre of the top-left pixel. */
+struct frame {
+	const uint8_t *pixels; /* the driver's */
+	int width_px, height_px, stride_bytes;
+	enum pixel_format format;
+	uint64_t shot;       /* when the source numbers its shots (a recording), else UINT64_MAX */
+	uint64_t device_seq; /* the device's counter, extended to 64 bits; a gap is a lost frame */
+	int64_t mid_exposure_ns; /* CLOCK_MONOTONIC, middle of the time in which light was collected */
+	int64_t uncertainty_ns;  /* bound on its error */
+	int64_t arrival_ns;      /* CLOCK_MONOTONIC when the last pixel was in memory */
+	int64_t row_time_ns;     /* rolling shutter: time between rows; 0 for a global shutter */
+	void *token;             /* the driver's own, for release */
+};
+
+/* Wanted by the caller, then what the device will really do. Zero = the device's own choice. */
+struct camera_mode {
+	int width_px, height_px;
+	enum pixel_format format;
+	int64_t period_ns;   /* between frames when it runs free */
+	int64_t exposure_ns;
+	double gain_db;
+	bool triggered; /* exposes on a trigger edge, not by its own clock */
+};
+
+struct camera_info {
+	char address[128]; /* driver:rest, as the config wants it */
+	char model[64];
+	char serial[64];
+};
+
+struct camera_driver;
+
+struct camera {
+	const struct camera_driver *driver;
+};
+
+typedef void camera_found_fn(const struct camera_info *info, void *user);
+
+struct camera_driver {
+	const char *name; /* the part of an address before the colon */
+
+	/* Calls `found` for every device it can see now. Returns 0 or a negative errno. */
+	int (*list)(camera_found_fn *found, void *user, struct diag *diag);
+
+	/* `rest` is the address behind the colon; paths in it are relative to `base_dir` (NULL = the
+	 * working directory). On failure: a negative errno, one message in `diag` that names the
+	 * device, the cause and the remedy, and `*out` untouched. */
+	int (*open)(struct camera **out, const char *rest, const char *base_dir, struct diag *diag);
+	void (*close)(struct camera *camera); /* accepts NULL */
+
+	/* Sets what it can and returns what the device will really do. */
+	int (*configure)(struct camera *camera, const struct camera_mode *wanted,
+			 struct camera_mode *granted, struct diag *diag);
+	int (*start)(struct camera *camera, struct diag *diag);
+	void (*stop)(struct camera *camera);
+
+	/* Waits up to `timeout_ns` for the next frame. Returns 0 and a lent frame, or
+	 *   -ETIMEDOUT  nothing came
+	 *   -EBADMSG    a frame came damaged and was dropped; go on
+	 *   -ENODATA    the recording is over
+	 *   -ENODEV     the device is gone for good: stop and close */
+	int (*acquire)(struct camera *camera, int64_t timeout_ns, struct frame *out);
+	void (*release)(struct camera *camera, struct frame *frame);
+};
+
+/* Finds the driver of an address ("sim:ir3") in a program's NULL-terminated list; `rest` gets the
+ * part behind the colon. NULL with a message naming the known drivers when there is none. */
+const struct camera_driver *camera_driver_find(const struct camera_driver *const *drivers,
+					       const char *address, const char **rest,
+					       struct diag *diag);

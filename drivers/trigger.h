@@ -1,0 +1,51 @@
+/*
+ * What a trigger driver is: it fires strobes and exposures by a plan and reports the edge of every
+ * shot. open, arm, disarm and close run on the control thread; next runs on the trigger thread, which
+ * may not allocate, lock or log.
+ */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/diag.h"
+
+/* All delays count from the shot's edge. */
+struct trigger_plan {
+	int64_t period_ns;
+	int64_t ir_delay_ns, ir_exposure_ns;
+	int64_t strobe_delay_ns, strobe_width_ns;
+	int hd_divider, hd_phase; /* HD exposes in shots k with k % divider == phase */
+	int64_t hd_delay_ns, hd_exposure_ns;
+};
+
+struct edge {
+	uint64_t shot;
+	int64_t edge_ns;        /* CLOCK_MONOTONIC */
+	int64_t uncertainty_ns; /* bound on its error */
+};
+
+struct trigger_driver;
+
+struct trigger {
+	const struct trigger_driver *driver;
+};
+
+struct trigger_driver {
+	const char *name;
+	bool reports_edges; /* false: shots are made from the frames' own times (free running) */
+
+	int (*open)(struct trigger **out, const char *rest, struct diag *diag);
+	void (*close)(struct trigger *trigger); /* accepts NULL */
+
+	/* Refuses (-EINVAL, with the reason) a plan that cannot be or that would overheat a strobe. */
+	int (*arm)(struct trigger *trigger, const struct trigger_plan *plan, struct diag *diag);
+	void (*disarm)(struct trigger *trigger); /* all lines dark when it returns */
+
+	/* Waits for the next edge: 0, -ETIMEDOUT or -ENODEV. */
+	int (*next)(struct trigger *trigger, int64_t timeout_ns, struct edge *out);
+};
+
+const struct trigger_driver *trigger_driver_find(const struct trigger_driver *const *drivers,
+						 const char *address, const char **rest,
+						 struct diag *diag);

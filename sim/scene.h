@@ -1,0 +1,59 @@
+/*
+ * The truth: an actor with a moving head and a talking face, and the cameras around it, as a pure
+ * function of scene time. Renderers and truth files ask it; the tracker never sees it.
+ */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/diag.h"
+#include "base/geometry.h"
+#include "track/layout.h"
+#include "track/observe.h"
+
+struct sim_scene; /* immutable once made: any thread may read it */
+
+struct sim_options {
+	const char *scene;    /* "rest" (face and head still), "talking" (the default), "turning" */
+	uint64_t seed;        /* of face shape, motion and noise */
+	uint32_t camera_count; /* 0 = the scene's own; 4 to 8 */
+	double rate_hz;       /* 0 = the scene's own, 120 */
+};
+
+/* Returns 0, -EINVAL with a message in `diag`, or -ENOMEM. */
+int sim_scene_create(struct sim_scene **out, const struct sim_options *options, struct diag *diag);
+void sim_scene_destroy(struct sim_scene *scene); /* accepts NULL */
+
+struct sim_truth_marker {
+	struct vec3 p_stage_m;   /* centre of the flat reflective disc on the skin */
+	struct vec3 normal_stage;
+	uint32_t visible_mask;   /* bit c: camera c sees it unobstructed */
+};
+
+struct sim_truth {
+	double time_s;
+	struct pose rt_stage_head;
+	uint32_t marker_count; /* the layout's, in its order */
+	struct sim_truth_marker markers[LABEL_MAX];
+};
+
+/* The truth at scene time `time_s` >= 0. Any thread; does not allocate. */
+void sim_scene_truth(const struct sim_scene *scene, double time_s, struct sim_truth *out);
+
+uint32_t sim_scene_camera_count(const struct sim_scene *scene);
+const char *sim_scene_camera_name(const struct sim_scene *scene, uint32_t camera);
+const struct layout *sim_scene_layout(const struct sim_scene *scene);
+
+/* Shot n is exposed around scene time (n + 0.5) * period; this is that middle, in nanoseconds. */
+int64_t sim_scene_mid_exposure_ns(const struct sim_scene *scene, uint64_t shot);
+int64_t sim_scene_period_ns(const struct sim_scene *scene);
+
+/*
+ * Writes what a station needs to look at this scene: DIR/rig/NAME.cameramodel, DIR/layout.yaml and
+ * DIR/stage.yaml, whose cameras have the addresses given (one per camera) and whose trigger and
+ * extra top-level YAML lines are as given (NULL = none). No truth goes in. Returns 0 or a negative
+ * errno with a message.
+ */
+int sim_scene_write_stage(const struct sim_scene *scene, const char *dir,
+			  const char *const *addresses, const char *extra_yaml, struct diag *diag);
