@@ -24,7 +24,8 @@ struct front {
 
 /* Flat, so that a take can store it. Zero it, then set period_ns when it is known. */
 struct sync {
-	int64_t period_ns; /* 0 = learned from the gaps between shots */
+	int64_t period_ns;   /* 0 = learned from the gaps between shots */
+	bool period_learned; /* set by sync: then up to 2 ms, not half a period, make one shot */
 	bool started;
 	uint64_t last_shot;
 	int64_t last_mid_exposure_ns;
@@ -36,6 +37,7 @@ struct sync_decision {
 	uint32_t member_mask;    /* fronts that make this shot: consume them */
 	uint32_t missing_mask;   /* cameras that have no frame in it */
 	uint32_t stale_mask;     /* fronts older than shots already closed: drop and count them */
+	bool edge_used;          /* the edge is this shot's, or (SYNC_STALE) too old: consume it */
 };
 
 enum sync_result {
@@ -46,11 +48,13 @@ enum sync_result {
 };
 
 /*
- * `edge` is the trigger's next pulse (its shot number and the mid-exposure it asks for), or NULL when
- * nothing reports edges: then shots are made from the frames alone, by their own shot numbers where
- * they have them, else mid-exposures within half a period are one shot, and a gap of n periods moves
- * the shot number by n.
- * `expired`: the deadline of the oldest front or edge has passed; wait for nobody.
+ * `edge` is the trigger's next pulse (its shot number and the mid-exposure it asks for), or NULL
+ * when nothing reports edges: then shots are made from the frames alone, by their own shot numbers
+ * where they have them, else mid-exposures within half a period are one shot, and a gap of n
+ * periods moves the shot number by n. An edge that is FRONT_WAITING is waited for; one that is
+ * FRONT_ENDED (the trigger is gone) counts as NULL. `expired`: the deadline of the oldest front or
+ * edge has passed; wait for nobody. Every call consumes an edge or a front, or says to wait, or
+ * that all is over.
  */
 enum sync_result sync_next(struct sync *sync, const struct front *fronts, uint32_t camera_count,
 			   const struct front *edge, bool expired, struct sync_decision *out);
