@@ -1,0 +1,53 @@
+/*
+ * From the station's structs to messages of stage.proto: the one place that knows both.
+ * A frame is what goes over the wire: a uint32 little-endian length, then that many bytes.
+ */
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "track/layout.h"
+#include "track/observe.h"
+
+#define PROTOCOL_VERSION 1
+#define FRAME_HEADER_BYTES 4
+#define FRAME_TAIL_BYTES 11 /* room that a marker frame leaves for frame_set_sets_lost() */
+
+struct stream_camera {
+	char name[NAME_BYTES];
+	bool is_hd;
+	uint32_t width_px, height_px;
+};
+
+/* What a subscriber learns before the first marker set. The pointers are borrowed. */
+struct stream_description {
+	const char *station_version;
+	const char *rig_revision;
+	int64_t period_ns; /* 0 = not known beforehand */
+	uint32_t camera_count;
+	struct stream_camera cameras[CAMERA_MAX];
+	const struct layout *layout;
+};
+
+enum notice_kind { NOTICE_REFUSED = 1, NOTICE_PROTOCOL = 2 };
+
+/* Message structs and the buffer for one marker set, made once. One thread at a time. */
+struct encoder;
+int encoder_create(struct encoder **out);      /* 0 or -ENOMEM */
+void encoder_destroy(struct encoder *encoder); /* accepts NULL */
+
+/* A marker set as a frame of *size_bytes bytes; the encoder's until the next call, which may also
+ * write FRAME_TAIL_BYTES behind it. Does not allocate. */
+uint8_t *encode_marker_set(struct encoder *encoder, const struct marker_set *set, int64_t sent_ns,
+			   size_t *size_bytes);
+
+/* Puts the subscriber's own loss count into a marker frame of `size_bytes` as encode_marker_set()
+ * returned it, in place of any earlier one; returns the frame's new size. */
+size_t frame_set_sets_lost(uint8_t *frame, size_t size_bytes, uint64_t sets_lost);
+
+/* As frames that the caller frees. The description's clock is read now. 0 or -ENOMEM. */
+int encode_description(const struct stream_description *description, uint8_t **frame,
+		       size_t *size_bytes);
+int encode_notice(enum notice_kind kind, const char *text, uint8_t **frame, size_t *size_bytes);
