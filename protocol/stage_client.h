@@ -1,0 +1,140 @@
+/*
+ * libstage: subscribe to a capture station's stream of labelled 3D markers.
+ *
+ *     struct stage_client *client;
+ *     struct stage_event event;
+ *     if (stage_client_open(&client, "/run/stage/stream.sock") == 0)
+ *             while (stage_client_next(client, -1, &event) == 0)
+ *                     ...
+ *     stage_client_close(client);
+ *
+ * The first event is a description, then comes one marker set per shot. Metres, right-handed;
+ * times are nanoseconds of the station's CLOCK_MONOTONIC. A client belongs to one thread at a time.
+ */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define STAGE_LABEL_NONE (-1)
+
+enum stage_event_kind {
+	STAGE_UNKNOWN = 0, /* of a newer station: ignore it */
+	STAGE_DESCRIPTION = 1,
+	STAGE_MARKERS = 2,
+	STAGE_NOTICE = 3,
+};
+
+struct stage_camera {
+	const char *name;
+	bool is_hd; /* reference video; otherwise an infrared camera that sees markers */
+	uint32_t width_px, height_px;
+};
+
+/* Labels are numbered over all actors, one actor after the other. */
+struct stage_label {
+	const char *name;
+	const char *group;
+	uint32_t actor;
+	bool rigid; /* moves with the skull */
+	double diameter_m;
+	double neutral_m[3]; /* head coordinates: x to the subject's left, y up, z out of the face
+			      */
+};
+
+struct stage_description {
+	uint32_t protocol_version;
+	const char *station_version;
+	const char *length_unit, *handedness, *stage_axes, *head_axes;
+	const char *rig_revision; /* names the calibration */
+	int64_t period_ns;        /* between shots; 0 = not known beforehand */
+	int64_t utc_offset_ns;    /* UTC since 1970 = time + offset, when this was sent */
+	int64_t utc_uncertainty_ns;
+	uint32_t camera_count; /* camera c is bit c of every mask */
+	const struct stage_camera *cameras;
+	uint32_t actor_count;
+	const char *const *actors;
+	uint32_t label_count;
+	const struct stage_label *labels;
+};
+
+/* As numbered in stage.proto; a newer station may send others. */
+enum stage_marker_status {
+	STAGE_MISSING = 0,
+	STAGE_PREDICTED = 1,
+	STAGE_TWO_CAMERA = 2,
+	STAGE_MEASURED = 3,
+};
+
+struct stage_marker {
+	int32_t label;   /* index into the description's labels, or STAGE_LABEL_NONE */
+	int32_t status;  /* enum stage_marker_status */
+	double p_m[3];   /* stage coordinates; NaN when missing */
+	float cov_m2[6]; /* xx xy xz yy yz zz; NaN when not given */
+	float residual_px;
+	uint32_t camera_mask, camera_count;
+};
+
+/* Head to stage coordinates: p_stage = R(q) p_head + t. */
+struct stage_head {
+	uint32_t actor;
+	double q_wxyz[4];
+	double t_m[3];
+	double residual_m;
+	uint32_t rigid_count;
+};
+
+struct stage_marker_set {
+	uint64_t shot; /* a gap in it is a shot that did not arrive */
+	int64_t mid_exposure_ns;
+	int64_t uncertainty_ns;
+	uint32_t missing_mask; /* cameras that sent nothing for this shot */
+	int64_t arrival_ns, found_ns, solved_ns, sent_ns; /* when each stage was done */
+	uint32_t head_count;
+	const struct stage_head *heads;
+	uint32_t marker_count;
+	const struct stage_marker *markers;
+	uint32_t markers_lost; /* unlabelled ones beyond what a set holds */
+	uint64_t sets_lost;    /* sets that this subscriber has lost so far by reading too slowly */
+};
+
+/* A person should read it; the station may end the connection behind it. */
+struct stage_notice {
+	int32_t kind; /* as in stage.proto: 1 refused, 2 protocol */
+	const char *text;
+};
+
+/* The pointer that belongs to `kind` is set, the others are NULL. The memory is the client's:
+ * a description's until the next one comes, all else until the next stage_client_next(). */
+struct stage_event {
+	enum stage_event_kind kind;
+	const struct stage_description *description;
+	const struct stage_marker_set *markers;
+	const struct stage_notice *notice;
+};
+
+struct stage_client;
+
+/* Returns 0 or a negative errno: what connect() says, -ENAMETOOLONG or -ENOMEM. */
+int stage_client_open(struct stage_client **out, const char *socket_path);
+void stage_client_close(struct stage_client *client); /* accepts NULL */
+
+/* For poll(): when it is readable, call stage_client_next(client, 0, ...) until it says -ETIMEDOUT.
+ * It stays the client's. */
+int stage_client_fd(const struct stage_client *client);
+
+/* Waits up to `timeout_ms` (negative: for ever) for the next event. Returns 0, or
+ *   -ETIMEDOUT  nothing came
+ *   -EINTR      a signal came
+ *   -ENODATA    the station ended the stream
+ *   -EPROTO     what came is not a valid stream: close
+ *   -ENOMEM, or what recv() says */
+int stage_client_next(struct stage_client *client, int timeout_ms, struct stage_event *event);
+
+#ifdef __cplusplus
+}
+#endif
