@@ -15,10 +15,10 @@
 struct sim_scene; /* immutable once made: any thread may read it */
 
 struct sim_options {
-	const char *scene;    /* "rest" (face and head still), "talking" (the default), "turning" */
-	uint64_t seed;        /* of face shape, motion and noise */
+	const char *scene; /* "rest" (face and head still), "talking" (the default), "turning" */
+	uint64_t seed;     /* of face shape, motion and noise */
 	uint32_t camera_count; /* 0 = the scene's own; 4 to 8 */
-	double rate_hz;       /* 0 = the scene's own, 120 */
+	double rate_hz;        /* 0 = the scene's own, 120 */
 };
 
 /* Returns 0, -EINVAL with a message in `diag`, or -ENOMEM. */
@@ -26,9 +26,9 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 void sim_scene_destroy(struct sim_scene *scene); /* accepts NULL */
 
 struct sim_truth_marker {
-	struct vec3 p_stage_m;   /* centre of the flat reflective disc on the skin */
+	struct vec3 p_stage_m; /* centre of the flat reflective disc on the skin */
 	struct vec3 normal_stage;
-	uint32_t visible_mask;   /* bit c: camera c sees it unobstructed */
+	uint32_t visible_mask; /* bit c: camera c sees it unobstructed */
 };
 
 struct sim_truth {

@@ -1,0 +1,144 @@
+/*
+ * Puts face, motion and cameras together and answers what is where and who sees it.
+ */
+#include "sim/scene.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "sim/scene_parts.h"
+
+#define DEFAULT_SCENE "talking"
+#define DEFAULT_RATE_HZ 120.0
+#define DEFAULT_CAMERA_COUNT 4
+#define FACING_MIN 0.20    /* cosine; a flat disc shines back up to about 78 degrees */
+#define STAND_OFF_M 0.5e-3 /* a disc lies on the skin, not in it */
+
+static int check_options(const struct sim_options *options, struct diag *diag)
+{
+	if (options->camera_count &&
+	    (options->camera_count < SIM_CAMERA_MIN || options->camera_count > SIM_CAMERA_MAX)) {
+		diag_add(diag, "sim: %u cameras: a scene has %d to %d", options->camera_count,
+			 SIM_CAMERA_MIN, SIM_CAMERA_MAX);
+		return -EINVAL;
+	}
+	if (!(options->rate_hz == 0 || (options->rate_hz >= 1 && options->rate_hz <= 1000))) {
+		diag_add(diag, "sim: %g Hz: a scene runs at 1 to 1000 Hz", options->rate_hz);
+		return -EINVAL;
+	}
+	return 0;
+}
+
+int sim_scene_create(struct sim_scene **out, const struct sim_options *options, struct diag *diag)
+{
+	const char *name = options->scene && *options->scene ? options->scene : DEFAULT_SCENE;
+	double rate_hz = options->rate_hz > 0 ? options->rate_hz : DEFAULT_RATE_HZ;
+	struct sim_scene *scene;
+	int err = check_options(options, diag);
+
+	if (err)
+		return err;
+	scene = calloc(1, sizeof(*scene));
+	if (!scene)
+		return -ENOMEM;
+	err = motion_init(&scene->motion, name, options->seed);
+	if (err) {
+		diag_add(diag, "sim: no scene '%s': use rest, talking or turning", name);
+		free(scene);
+		return err;
+	}
+	scene->seed = options->seed;
+	scene->period_ns = llround((double)NS_PER_S / rate_hz);
+	scene->camera_count = options->camera_count ? options->camera_count : DEFAULT_CAMERA_COUNT;
+	face_init(&scene->face, options->seed);
+	sim_cameras_init(scene->cameras, scene->camera_count, options->seed);
+	*out = scene;
+	return 0;
+}
+
+void sim_scene_destroy(struct sim_scene *scene)
+{
+	free(scene);
+}
+
+void scene_pose_markers(const struct sim_scene *scene, double time_s, struct sim_truth *out)
+{
+	double weights[EXPRESSION_COUNT];
+
+	out->time_s = time_s;
+	out->rt_stage_head = motion_head(&scene->motion, time_s);
+	out->marker_count = scene->face.layout.marker_count;
+	motion_expressions(&scene->motion, time_s, weights);
+	for (uint32_t m = 0; m < out->marker_count; m++) {
+		struct vec3 normal;
+		struct vec3 p = face_marker_place(&scene->face, m, weights, &normal);
+
+		out->markers[m].p_stage_m = pose_apply(&out->rt_stage_head, p);
+		out->markers[m].normal_stage = pose_rotate(&out->rt_stage_head, normal);
+		out->markers[m].visible_mask = 0;
+	}
+}
+
+static bool inside_image(const struct sim_camera *camera, const double pixel[2])
+{
+	return pixel[0] >= -0.5 && pixel[1] >= -0.5 && pixel[0] <= camera->width_px - 0.5 &&
+	       pixel[1] <= camera->height_px - 0.5;
+}
+
+bool scene_camera_sees(const struct sim_scene *scene, const struct sim_truth *truth, uint32_t c,
+		       uint32_t m, double pixel[2], double *facing)
+{
+	const struct sim_camera *camera = &scene->cameras[c];
+	const struct sim_truth_marker *marker = &truth->markers[m];
+	struct vec3 to_camera = vec3_unit(vec3_sub(camera->centre_stage_m, marker->p_stage_m));
+	double cosine = vec3_dot(to_camera, marker->normal_stage);
+
+	if (cosine < FACING_MIN)
+		return false;
+	struct pose rt_head_stage = pose_inverse(&truth->rt_stage_head);
+	struct vec3 above =
+		vec3_add(marker->p_stage_m, vec3_scale(marker->normal_stage, STAND_OFF_M));
+	if (face_hides(&scene->face, m, pose_apply(&rt_head_stage, above),
+		       pose_apply(&rt_head_stage, camera->centre_stage_m)))
+		return false;
+	*facing = cosine;
+	return sim_camera_project(camera, marker->p_stage_m, pixel) && inside_image(camera, pixel);
+}
+
+void sim_scene_truth(const struct sim_scene *scene, double time_s, struct sim_truth *out)
+{
+	double pixel[2], facing;
+
+	scene_pose_markers(scene, time_s, out);
+	for (uint32_t m = 0; m < out->marker_count; m++)
+		for (uint32_t c = 0; c < scene->camera_count; c++)
+			if (scene_camera_sees(scene, out, c, m, pixel, &facing))
+				out->markers[m].visible_mask |= UINT32_C(1) << c;
+}
+
+uint32_t sim_scene_camera_count(const struct sim_scene *scene)
+{
+	return scene->camera_count;
+}
+
+const char *sim_scene_camera_name(const struct sim_scene *scene, uint32_t camera)
+{
+	return scene->cameras[camera].name;
+}
+
+const struct layout *sim_scene_layout(const struct sim_scene *scene)
+{
+	return &scene->face.layout;
+}
+
+int64_t sim_scene_mid_exposure_ns(const struct sim_scene *scene, uint64_t shot)
+{
+	return (int64_t)shot * scene->period_ns + scene->period_ns / 2;
+}
+
+int64_t sim_scene_period_ns(const struct sim_scene *scene)
+{
+	return scene->period_ns;
+}

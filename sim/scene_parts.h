@@ -1,0 +1,26 @@
+/*
+ * What a scene is made of, for the files of this room; others see sim/scene.h.
+ */
+#pragma once
+
+#include "sim/cameras.h"
+#include "sim/face.h"
+#include "sim/motion.h"
+#include "sim/scene.h"
+
+struct sim_scene {
+	uint64_t seed;
+	int64_t period_ns;
+	struct face face;
+	struct motion motion;
+	uint32_t camera_count;
+	struct sim_camera cameras[SIM_CAMERA_MAX];
+};
+
+/* The truth without visible_mask, which stays 0: a renderer asks for its own camera alone. */
+void scene_pose_markers(const struct sim_scene *scene, double time_s, struct sim_truth *out);
+
+/* Does the camera see the marker? Then where its middle falls and the cosine of the angle between
+ * its normal and the camera. */
+bool scene_camera_sees(const struct sim_scene *scene, const struct sim_truth *truth,
+		       uint32_t camera, uint32_t marker, double pixel[2], double *facing);
