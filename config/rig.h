@@ -1,5 +1,6 @@
 /*
- * A rig: a directory with one mrcal NAME.cameramodel per camera, whose reference frame is the stage.
+ * A rig: a directory with one mrcal NAME.cameramodel per camera, whose reference frame is the
+ * stage.
  */
 #pragma once
 

@@ -1,28 +1,27 @@
 /*
  * A calibrated camera as tracking needs it: rays and projections by table, so that any mrcal lens
  * model costs the same few tens of nanoseconds and no iteration runs per frame.
+ *
+ * The tables lead between pixels and the stereographic plane u = 2 (x, y) / (z + |p|) of a
+ * direction p in camera coordinates, which is smooth for every lens and field of view short of
+ * straight behind (mrcal's LENSMODEL_STEREOGRAPHIC without its core).
  */
 #pragma once
 
 #include <stdbool.h>
 
 #include "base/geometry.h"
-
-/* A regular grid of 2-vectors, interpolated with bicubic (Catmull-Rom) patches. */
-struct lens_grid {
-	double x0, y0;  /* of node (0,0) */
-	double step;    /* between nodes, both axes */
-	int x_count, y_count;
-	float (*node)[2]; /* [y_count][x_count], owned */
-};
+#include "track/lens_grid.h"
 
 struct view {
 	int width_px, height_px;
 	struct pose rt_cam_stage;
-	struct vec3 centre_stage_m; /* of the camera, in stage coordinates */
-	struct lens_grid pixel_to_plane; /* pixel -> stereographic plane */
-	struct lens_grid plane_to_pixel; /* stereographic plane -> pixel */
+	struct vec3 centre_stage_m;      /* of the camera, in stage coordinates */
+	struct lens_grid pixel_to_plane; /* reaches VIEW_PAD steps beyond the image */
+	struct lens_grid plane_to_pixel; /* NaN farther out than that */
 };
+
+#define VIEW_PAD 4
 
 /* Projects lens-model coordinates; supplied by whoever knows the model. Both return false where
  * the model is not valid. `user` is passed through. */
@@ -32,11 +31,14 @@ struct lens_model {
 	const void *user;
 };
 
-/* Builds the tables. Returns 0, -ENOMEM, or -EDOM when the model cannot be inverted over the whole
- * image; then `bad_pixel` says where. Allocates: control thread only. */
+/* Builds the tables. Returns 0, -EINVAL for an image smaller than VIEW_SIZE_MIN_PX, -ENOMEM, or
+ * -EDOM when the model cannot be inverted over the whole image; then `bad_pixel` says where.
+ * Allocates: control thread only. On failure nothing is held. */
 int view_init(struct view *view, int width_px, int height_px, struct pose rt_cam_stage,
 	      const struct lens_model *model, double bad_pixel[2]);
-void view_finish(struct view *view);
+void view_finish(struct view *view); /* a zeroed view is fine */
+
+#define VIEW_SIZE_MIN_PX 32
 
 /* Real-time safe from here on. Returns false when the point is behind the camera or outside the
  * table (one grid step beyond the image). `dq_dp`, when not NULL, gets the derivative of the pixel
