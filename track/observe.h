@@ -8,9 +8,9 @@
 
 #include "base/geometry.h"
 
-#define CAMERA_MAX 32 /* a camera mask is 32 bits */
-#define BLOB_MAX 768  /* per camera and shot */
-#define LABEL_MAX 256 /* markers in a layout */
+#define CAMERA_MAX 32  /* a camera mask is 32 bits */
+#define BLOB_MAX 768   /* per camera and shot */
+#define LABEL_MAX 256  /* markers in a layout */
 #define MARKER_MAX 512 /* markers in a set: the labels first, then those without a name */
 #define HEAD_MAX 1
 
@@ -23,10 +23,10 @@ enum blob_flag {
 /* One bright spot. Pixel (0,0) is the centre of the top-left pixel. */
 struct blob {
 	float x_px, y_px;
-	float sigma_px;  /* one standard deviation of x and of y */
-	float area_px2;  /* pixels above the threshold */
-	uint16_t peak;   /* grey value above the background */
-	uint16_t flags;  /* enum blob_flag */
+	float sigma_px; /* one standard deviation of x and of y */
+	float area_px2; /* pixels above the threshold */
+	uint16_t peak;  /* grey value above the background */
+	uint16_t flags; /* enum blob_flag */
 };
 
 /* The blobs of one exposure of one camera. Times are CLOCK_MONOTONIC. */
@@ -47,10 +47,10 @@ struct blob_set {
 /* The blob sets of one instant; the sets are borrowed. */
 struct shot {
 	uint64_t number;
-	int64_t mid_exposure_ns; /* mean over the cameras present */
-	int64_t uncertainty_ns;  /* largest of the cameras present */
-	uint32_t camera_count;   /* cameras of the rig */
-	uint32_t missing_mask;   /* bit c: camera c sent nothing for this shot */
+	int64_t mid_exposure_ns;                 /* mean over the cameras present */
+	int64_t uncertainty_ns;                  /* largest of the cameras present */
+	uint32_t camera_count;                   /* cameras of the rig */
+	uint32_t missing_mask;                   /* bit c: camera c sent nothing for this shot */
 	const struct blob_set *sets[CAMERA_MAX]; /* NULL where missing */
 };
 
@@ -64,20 +64,20 @@ enum marker_status {
 #define LABEL_NONE (-1)
 
 struct marker {
-	int16_t label; /* index into the layout, or LABEL_NONE */
+	int16_t label;  /* index into the layout, or LABEL_NONE */
 	uint8_t status; /* enum marker_status */
 	uint8_t camera_count;
 	uint32_t camera_mask;
 	struct vec3 p_stage_m;
-	double cov_m2[6]; /* xx xy xz yy yz zz, stage axes */
+	double cov_m2[6];  /* xx xy xz yy yz zz, stage axes */
 	float residual_px; /* rms of the reprojection; 0 when no camera sees it */
 };
 
 struct head {
 	uint8_t valid;
-	uint8_t rigid_count;     /* rigid markers in the fit */
+	uint8_t rigid_count; /* rigid markers in the fit */
 	struct pose rt_stage_head;
-	double residual_m;       /* rms distance of the rigid markers from the fitted head */
+	double residual_m; /* rms distance of the rigid markers from the fitted head */
 };
 
 /* One per shot, even if empty. markers[0 .. label_count) are the layout's, in its order; behind

@@ -16,8 +16,9 @@
 #include "track/view.h"
 
 struct tracker_settings {
-	double match_gate_px;     /* a view this far from the point is not of it; default 1.0 */
-	double calibration_sigma_px; /* calibration error per view, added to each blob's sigma; default 0.01 */
+	double match_gate_px;        /* a view this far from the point is not of it; default 1.0 */
+	double calibration_sigma_px; /* calibration error per view, added to each blob's sigma;
+					default 0.01 */
 	double range_min_m, range_max_m; /* of a marker from a camera; default 0.1 and 20 */
 };
 
@@ -32,7 +33,8 @@ struct tracker_rig {
 	struct tracker_settings settings;
 };
 
-/* Working memory for one shot; large, so the caller keeps it. Contents never matter between shots. */
+/* Working memory for one shot; large, so the caller keeps it. Contents never matter between shots.
+ */
 struct tracker_scratch;
 int tracker_scratch_create(struct tracker_scratch **out); /* 0 or -ENOMEM */
 void tracker_scratch_destroy(struct tracker_scratch *scratch);

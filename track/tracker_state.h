@@ -4,10 +4,53 @@
  */
 #pragma once
 
+#include <stdbool.h>
 #include <stdint.h>
 
+#include "base/geometry.h"
 #include "track/observe.h"
 
+#define NEIGHBOUR_MAX 8
+#define LOOSE_MAX 128
+
+/* Another marker of the layout whose motion tells of this one's. */
+struct neighbour {
+	int16_t label;
+	double spread_m2; /* mean square difference of the two displacements; learned */
+};
+
+struct label_state {
+	/* from the layout */
+	int32_t neighbour_count;
+	struct neighbour neighbours[NEIGHBOUR_MAX];
+	double spacing_m; /* to the nearest other marker */
+
+	/* tracked, head coordinates */
+	bool confirmed;       /* the name is sure; only then is it given */
+	struct vec3 local_m;  /* where it was last seen */
+	struct vec3 filled_m; /* where the last shot had it, seen or filled in */
+	struct vec3 velocity_m_s;
+	struct vec3 offset_m; /* own displacement minus what the neighbours told, when last seen */
+	int64_t seen_ns;      /* when it was last measured; 0 = never */
+	int64_t steady_since_ns; /* unconfirmed: explained without a break since; 0 = not */
+	int32_t strange_count;   /* shots in a row in which it disagreed with its neighbours */
+};
+
+struct head_state {
+	bool tracked;
+	struct pose rt_stage_head;
+	struct vec3 velocity_m_s;    /* of the head's origin, stage axes */
+	struct vec3 turn_rate_rad_s; /* stage axes */
+	int64_t seen_ns;             /* when it was last measured */
+	uint32_t acquire_cursor;     /* where the search for the head goes on */
+};
+
 struct tracker_state {
-	int64_t mid_exposure_ns; /* of the last shot */
+	int64_t mid_exposure_ns; /* of the last shot; 0 before the first */
+	int64_t period_ns;       /* last gap between shots */
+	uint32_t label_count;
+	struct head_state head;
+	struct label_state labels[LABEL_MAX];
+	uint32_t loose_count;
+	struct vec3 loose_stage_m[LOOSE_MAX]; /* the unlabelled points of the last shot */
 };

@@ -1,0 +1,29 @@
+/*
+ * The head's pose: predicted from its last motion, found again among the shot's points before any
+ * name is given, and at last fitted to the named rigid markers. Pure and real-time safe.
+ */
+#pragma once
+
+#include <stdbool.h>
+
+#include "track/layout.h"
+#include "track/match.h"
+#include "track/predict.h"
+#include "track/tracker_state.h"
+
+/* Where the head should be at `now_ns`, at constant velocity. */
+struct pose head_predict(const struct head_state *head, int64_t now_ns);
+
+/* Moves `pose` so that the predicted markers fall on points nearby; robust against those that have
+ * none or the wrong one. False when too few agree. */
+bool head_refine(const struct layout *layout, const struct predictions *predictions,
+		 const struct point *points, uint32_t point_count, struct pose *pose);
+
+/* The pose from the named points (point_of_label[i], or -1), `pose` being the guess. `out->valid`
+ * says whether it could be had. */
+void head_fit(const struct layout *layout, const struct predictions *predictions,
+	      const struct point *points, const int16_t *point_of_label, const struct pose *guess,
+	      struct head *out);
+
+/* Stores the measured pose and the velocity that follows from it. */
+void head_update(struct head_state *head, const struct pose *pose, int64_t now_ns);

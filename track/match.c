@@ -1,0 +1,288 @@
+/*
+ * Candidates are built freely, several may want the same blob; then they claim their blobs in the
+ * order of how well they are confirmed: more views first, then the smaller residual.
+ */
+#include "track/match.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+#include "track/sight_index.h"
+
+#define PAIR_BUDGET 60000 /* epipolar pairs looked at closely in one shot */
+#define SURE_VIEW_COUNT 4 /* such a point may claim its blobs at once */
+#define CANDIDATE_MAX (POINT_MAX * 4)
+
+static double sighting_sigma(const struct matcher *m, const struct blob *blob)
+{
+	return hypot(blob->sigma_px, m->settings->calibration_sigma_px);
+}
+
+/* A point from chosen blobs (BLOB_NONE where a camera has none). */
+static bool point_from_blobs(const struct matcher *m, const int16_t blob[CAMERA_MAX],
+			     struct point *out)
+{
+	struct sighting sightings[CAMERA_MAX];
+	int camera_of[CAMERA_MAX], count = 0;
+	struct fix fix;
+
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		if (blob[c] == BLOB_NONE)
+			continue;
+		const struct blob *b = &m->cameras[c].blobs[blob[c]];
+		sightings[count] = (struct sighting){
+			m->cameras[c].view, {b->x_px, b->y_px}, sighting_sigma(m, b)};
+		camera_of[count++] = (int)c;
+	}
+	if (count < 2 || triangulate(sightings, count, &fix))
+		return false;
+	out->fix = fix;
+	out->fix.used_mask = 0;
+	out->claimed_mask = 0;
+	out->label = LABEL_NONE;
+	for (int i = 0; i < count; i++) {
+		if (fix.used_mask & (1u << i))
+			out->fix.used_mask |= 1u << camera_of[i];
+		out->claimed_mask |= 1u << camera_of[i];
+		out->blob[camera_of[i]] = blob[camera_of[i]];
+	}
+	return true;
+}
+
+/* Nearest blob to the projection of p in every camera, within a radius that is given in metres at
+ * the point or in pixels, whichever is larger. Returns how many cameras have one. */
+static int gather(const struct matcher *m, struct vec3 p, double radius_m, double radius_px,
+		  bool free_only, int16_t blob[CAMERA_MAX])
+{
+	int count = 0;
+
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		const struct sight_index *camera = &m->cameras[c];
+		double pixel[2];
+
+		blob[c] = BLOB_NONE;
+		if (!camera->view || !view_project(camera->view, p, pixel, NULL))
+			continue;
+		double range_m = vec3_distance(p, camera->view->centre_stage_m);
+		double reach_px = fmax(radius_px, radius_m * camera->pixels_per_radian / range_m);
+		blob[c] = (int16_t)sight_index_nearest(camera, pixel, reach_px, free_only);
+		count += blob[c] != BLOB_NONE;
+	}
+	return count;
+}
+
+static bool in_range(const struct matcher *m, struct vec3 p, uint32_t camera_mask)
+{
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		if (!(camera_mask & (1u << c)))
+			continue;
+		double range_m = vec3_distance(p, m->cameras[c].view->centre_stage_m);
+		if (range_m < m->settings->range_min_m || range_m > m->settings->range_max_m)
+			return false;
+	}
+	return true;
+}
+
+/* Three views agree by chance more easily than four: they must agree better. */
+static bool confirmed(const struct matcher *m, const struct point *point)
+{
+	double gate_px = m->settings->match_gate_px;
+
+	if (point->fix.used_count < 3)
+		return false;
+	return point->fix.residual_px <= (point->fix.used_count == 3 ? 0.5 * gate_px : gate_px) &&
+	       in_range(m, point->fix.p_stage_m, point->fix.used_mask);
+}
+
+/* From a first guess to a confirmed point: solve, look again around the solution, solve. */
+static bool point_near(const struct matcher *m, struct vec3 p, double radius_m, bool free_only,
+		       struct point *out)
+{
+	int16_t blob[CAMERA_MAX], again[CAMERA_MAX];
+	double gate_px = m->settings->match_gate_px;
+
+	if (gather(m, p, radius_m, gate_px, free_only, blob) < 3 || !point_from_blobs(m, blob, out))
+		return false;
+	if (out->fix.used_count < 2 ||
+	    gather(m, out->fix.p_stage_m, 0, gate_px, free_only, again) < 3)
+		return false;
+	if (memcmp(blob, again, m->camera_count * sizeof(blob[0])) &&
+	    !point_from_blobs(m, again, out))
+		return false;
+	return confirmed(m, out);
+}
+
+static void add_candidate(struct matcher *m, const struct point *point)
+{
+	if (m->candidate_count < CANDIDATE_MAX)
+		m->candidates[m->candidate_count++] = *point;
+}
+
+static bool better(const struct point *a, const struct point *b)
+{
+	if (a->fix.used_count != b->fix.used_count)
+		return a->fix.used_count > b->fix.used_count;
+	return a->fix.residual_px < b->fix.residual_px;
+}
+
+/* Shell sort: in place, no recursion, the same order for the same input. */
+static void sort_candidates(struct matcher *m)
+{
+	uint16_t *order = m->candidate_order;
+	int count = (int)m->candidate_count;
+
+	for (int i = 0; i < count; i++)
+		order[i] = (uint16_t)i;
+	for (int gap = count / 2; gap > 0; gap /= 2)
+		for (int i = gap; i < count; i++) {
+			uint16_t moving = order[i];
+			int k = i;
+
+			for (; k >= gap &&
+			       better(&m->candidates[moving], &m->candidates[order[k - gap]]);
+			     k -= gap)
+				order[k] = order[k - gap];
+			order[k] = moving;
+		}
+}
+
+static void claim(struct matcher *m, const struct point *point)
+{
+	if (m->point_count == POINT_MAX)
+		return;
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		if (point->claimed_mask & (1u << c))
+			m->cameras[c].owner[point->blob[c]] = (int16_t)m->point_count;
+	m->points[m->point_count++] = *point;
+}
+
+/* Drops the views whose blob another point has taken, and solves again with the rest. */
+static bool settle(const struct matcher *m, struct point *point)
+{
+	int16_t blob[CAMERA_MAX];
+	bool changed = false;
+
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		bool wants = point->claimed_mask & (1u << c);
+
+		blob[c] = wants ? point->blob[c] : BLOB_NONE;
+		if (wants && m->cameras[c].owner[blob[c]] >= 0) {
+			blob[c] = BLOB_NONE;
+			changed = true;
+		}
+	}
+	if (!changed)
+		return true;
+	return point_from_blobs(m, blob, point) && confirmed(m, point);
+}
+
+static void claim_candidates(struct matcher *m)
+{
+	sort_candidates(m);
+	for (uint32_t i = 0; i < m->candidate_count; i++) {
+		struct point *candidate = &m->candidates[m->candidate_order[i]];
+
+		if (settle(m, candidate))
+			claim(m, candidate);
+	}
+	m->candidate_count = 0;
+}
+
+void match_begin(struct matcher *m, const struct tracker_rig *rig, const struct shot *shot)
+{
+	m->settings = &rig->settings;
+	m->camera_count = rig->camera_count;
+	m->point_count = 0;
+	m->candidate_count = 0;
+	for (uint32_t c = 0; c < rig->camera_count; c++) {
+		m->cameras[c].view = NULL;
+		if (rig->views[c] && shot->sets[c])
+			sight_index_build(&m->cameras[c], rig->views[c], shot->sets[c]);
+	}
+}
+
+void match_seeds(struct matcher *m, const struct seed *seeds, int count)
+{
+	for (int i = 0; i < count; i++) {
+		struct point point;
+
+		if (point_near(m, seeds[i].p_stage_m, seeds[i].radius_m, true, &point))
+			add_candidate(m, &point);
+	}
+	claim_candidates(m);
+}
+
+/* The middle of the shortest line between two rays; false when they do not meet in front. */
+static bool rays_meet(const struct sight_index *a, int blob_a, const struct sight_index *b,
+		      int blob_b, struct vec3 *out)
+{
+	struct vec3 da = a->ray[blob_a], db = b->ray[blob_b];
+	struct vec3 between = vec3_sub(b->view->centre_stage_m, a->view->centre_stage_m);
+	double cosine = vec3_dot(da, db), sine2 = 1 - cosine * cosine;
+
+	if (sine2 < 1e-6)
+		return false;
+	double along_a = (vec3_dot(between, da) - vec3_dot(between, db) * cosine) / sine2;
+	double along_b = (vec3_dot(between, da) * cosine - vec3_dot(between, db)) / sine2;
+	if (along_a <= 0 || along_b <= 0)
+		return false;
+	struct vec3 pa = vec3_add(a->view->centre_stage_m, vec3_scale(da, along_a));
+	struct vec3 pb = vec3_add(b->view->centre_stage_m, vec3_scale(db, along_b));
+	*out = vec3_scale(vec3_add(pa, pb), 0.5);
+	return true;
+}
+
+/* A blob of camera a and one of camera b: is there a point that other cameras confirm? */
+static void try_pair(struct matcher *m, uint32_t ca, int blob_a, uint32_t cb, int blob_b)
+{
+	struct vec3 p;
+	struct point point;
+	int16_t blob[CAMERA_MAX];
+
+	if (!rays_meet(&m->cameras[ca], blob_a, &m->cameras[cb], blob_b, &p) ||
+	    !in_range(m, p, 1u << ca | 1u << cb) ||
+	    gather(m, p, 0, m->settings->match_gate_px, true, blob) < 3)
+		return;
+	blob[ca] = (int16_t)blob_a;
+	blob[cb] = (int16_t)blob_b;
+	if (!point_from_blobs(m, blob, &point) || !confirmed(m, &point))
+		return;
+	if (point.fix.used_count >= SURE_VIEW_COUNT &&
+	    point.fix.residual_px < 0.25 * m->settings->match_gate_px)
+		claim(m, &point);
+	else
+		add_candidate(m, &point);
+}
+
+/* All free blobs of two cameras against each other's epipolar planes. */
+static int match_camera_pair(struct matcher *m, uint32_t ca, uint32_t cb, int budget)
+{
+	struct sight_index *a = &m->cameras[ca], *b = &m->cameras[cb];
+	struct vec3 baseline = vec3_sub(b->view->centre_stage_m, a->view->centre_stage_m);
+	double gate_rad = m->settings->match_gate_px / a->pixels_per_radian +
+			  m->settings->match_gate_px / b->pixels_per_radian;
+
+	for (int i = 0; i < a->blob_count; i++) {
+		struct vec3 normal = vec3_unit(vec3_cross(baseline, a->ray[i]));
+
+		for (int j = 0; j < b->blob_count && a->owner[i] < 0; j++) {
+			if (b->owner[j] >= 0 || fabs(vec3_dot(normal, b->ray[j])) > gate_rad)
+				continue;
+			if (budget-- == 0)
+				return 0;
+			try_pair(m, ca, i, cb, j);
+		}
+	}
+	return budget;
+}
+
+void match_leftovers(struct matcher *m)
+{
+	int budget = PAIR_BUDGET;
+
+	for (uint32_t a = 0; a < m->camera_count; a++)
+		for (uint32_t b = a + 1; b < m->camera_count && budget > 0; b++)
+			if (m->cameras[a].view && m->cameras[b].view)
+				budget = match_camera_pair(m, a, b, budget);
+	claim_candidates(m);
+}

@@ -1,0 +1,66 @@
+/*
+ * Blobs into 3D points, over all cameras at once and without names: first around predicted places
+ * (seeds), then what is left by epipolar lines over camera pairs, confirmed by a third view.
+ * Every blob belongs to at most one point. Pure and real-time safe.
+ */
+#pragma once
+
+#include <stdint.h>
+
+#include "track/observe.h"
+#include "track/tracker.h"
+#include "track/triangulate.h"
+
+#define POINT_MAX 768
+#define BLOB_NONE (-1)
+
+struct point {
+	struct fix fix;           /* its used_mask counts cameras, not sightings */
+	uint32_t claimed_mask;    /* cameras whose blob is taken by this point, used or not */
+	int16_t blob[CAMERA_MAX]; /* valid where claimed_mask says so */
+	int16_t label;            /* LABEL_NONE until named */
+};
+
+/* Where a point is expected, and how far from there it may be. */
+struct seed {
+	struct vec3 p_stage_m;
+	double radius_m;
+};
+
+#define CELL_COUNT_MAX (64 * 64)
+
+/* One camera's blobs of the shot, indexed by place. */
+struct sight_index {
+	const struct view *view; /* NULL: the camera is missing or takes no part */
+	const struct blob *blobs;
+	int blob_count;
+	double pixels_per_radian; /* at the middle of the image */
+	int cell_px, column_count, row_count;
+	uint16_t cell_start[CELL_COUNT_MAX + 1]; /* into `order` */
+	uint16_t order[BLOB_MAX];
+	int16_t owner[BLOB_MAX]; /* point that claimed the blob, or -1 */
+	struct vec3 ray[BLOB_MAX];
+};
+
+struct matcher {
+	const struct tracker_settings *settings;
+	uint32_t camera_count;
+	struct sight_index cameras[CAMERA_MAX];
+	uint32_t point_count;
+	struct point points[POINT_MAX];
+	uint32_t candidate_count;
+	struct point candidates[POINT_MAX * 4];
+	uint16_t candidate_order[POINT_MAX * 4];
+};
+
+void match_begin(struct matcher *matcher, const struct tracker_rig *rig, const struct shot *shot);
+
+/* Adds the points that at least three cameras confirm near a seed. */
+void match_seeds(struct matcher *matcher, const struct seed *seeds, int count);
+
+/* Adds the points that at least three cameras confirm among the blobs still free. */
+void match_leftovers(struct matcher *matcher);
+
+/* Looks for a point near the seed that only two cameras see, and adds it. Ambiguity is refused.
+ * Returns its index, or -1. */
+int match_two_cameras(struct matcher *matcher, const struct seed *seed);

@@ -1,0 +1,135 @@
+/*
+ * A counting sort of the blobs into square cells.
+ */
+#include "track/sight_index.h"
+
+#include <string.h>
+
+static int clamp(int value, int low, int high)
+{
+	return value < low ? low : value > high ? high : value;
+}
+
+static int cell_of(const struct sight_index *index, double x_px, double y_px)
+{
+	int column = clamp((int)(x_px / index->cell_px), 0, index->column_count - 1);
+	int row = clamp((int)(y_px / index->cell_px), 0, index->row_count - 1);
+
+	return row * index->column_count + column;
+}
+
+static double pixels_per_radian(const struct view *view)
+{
+	double middle[2] = {view->width_px * 0.5, view->height_px * 0.5};
+	double beside[2] = {middle[0] + 1, middle[1]};
+
+	return 1.0 / vec3_distance(view_ray(view, middle), view_ray(view, beside));
+}
+
+static void sort_into_cells(struct sight_index *index)
+{
+	int cell_count = index->column_count * index->row_count;
+
+	memset(index->cell_start, 0, ((size_t)cell_count + 1) * sizeof(index->cell_start[0]));
+	for (int i = 0; i < index->blob_count; i++)
+		index->cell_start[cell_of(index, index->blobs[i].x_px, index->blobs[i].y_px) + 1]++;
+	for (int c = 0; c < cell_count; c++)
+		index->cell_start[c + 1] += index->cell_start[c];
+	/* backwards, so that each start ends where its cell begins and order inside a cell is kept
+	 */
+	uint16_t fill[CELL_COUNT_MAX];
+	memcpy(fill, index->cell_start, (size_t)cell_count * sizeof(fill[0]));
+	for (int i = 0; i < index->blob_count; i++)
+		index->order[fill[cell_of(index, index->blobs[i].x_px, index->blobs[i].y_px)]++] =
+			(uint16_t)i;
+}
+
+void sight_index_build(struct sight_index *index, const struct view *view,
+		       const struct blob_set *set)
+{
+	int longest = view->width_px > view->height_px ? view->width_px : view->height_px;
+
+	index->view = view;
+	index->blobs = set->blobs;
+	index->blob_count = (int)set->blob_count;
+	index->pixels_per_radian = pixels_per_radian(view);
+	index->cell_px = longest / 64 + 1;
+	index->column_count = clamp(view->width_px / index->cell_px + 1, 1, 64);
+	index->row_count = clamp(view->height_px / index->cell_px + 1, 1, 64);
+	sort_into_cells(index);
+	for (int i = 0; i < index->blob_count; i++) {
+		double pixel[2] = {set->blobs[i].x_px, set->blobs[i].y_px};
+
+		index->owner[i] = -1;
+		index->ray[i] = view_ray(view, pixel);
+	}
+}
+
+struct cell_range {
+	int column_first, column_last, row_first, row_last;
+};
+
+static struct cell_range cells_around(const struct sight_index *index, const double pixel[2],
+				      double radius_px)
+{
+	double size = index->cell_px;
+
+	return (struct cell_range){
+		clamp((int)((pixel[0] - radius_px) / size), 0, index->column_count - 1),
+		clamp((int)((pixel[0] + radius_px) / size), 0, index->column_count - 1),
+		clamp((int)((pixel[1] - radius_px) / size), 0, index->row_count - 1),
+		clamp((int)((pixel[1] + radius_px) / size), 0, index->row_count - 1)};
+}
+
+static double distance2(const struct blob *blob, const double pixel[2])
+{
+	double dx = blob->x_px - pixel[0], dy = blob->y_px - pixel[1];
+
+	return dx * dx + dy * dy;
+}
+
+int sight_index_nearest(const struct sight_index *index, const double pixel[2], double radius_px,
+			bool free_only)
+{
+	struct cell_range range = cells_around(index, pixel, radius_px);
+	double best2 = radius_px * radius_px;
+	int best = BLOB_NONE;
+
+	for (int row = range.row_first; row <= range.row_last; row++) {
+		int first = row * index->column_count + range.column_first;
+		int last = row * index->column_count + range.column_last;
+
+		for (int k = index->cell_start[first]; k < index->cell_start[last + 1]; k++) {
+			int blob = index->order[k];
+			double d2 = distance2(&index->blobs[blob], pixel);
+
+			if (d2 < best2 && !(free_only && index->owner[blob] >= 0)) {
+				best2 = d2;
+				best = blob;
+			}
+		}
+	}
+	return best;
+}
+
+int sight_index_within(const struct sight_index *index, const double pixel[2], double radius_px,
+		       int16_t *out, int max)
+{
+	struct cell_range range = cells_around(index, pixel, radius_px);
+	int count = 0;
+
+	for (int row = range.row_first; row <= range.row_last; row++) {
+		int first = row * index->column_count + range.column_first;
+		int last = row * index->column_count + range.column_last;
+
+		for (int k = index->cell_start[first]; k < index->cell_start[last + 1]; k++) {
+			int blob = index->order[k];
+
+			if (index->owner[blob] >= 0 || count == max ||
+			    distance2(&index->blobs[blob], pixel) > radius_px * radius_px)
+				continue;
+			out[count++] = (int16_t)blob;
+		}
+	}
+	return count;
+}

@@ -1,0 +1,331 @@
+/*
+ * The order of work for one shot, and what is remembered for the next.
+ */
+#include "track/tracker.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "track/acquire.h"
+#include "track/head.h"
+#include "track/label.h"
+#include "track/match.h"
+#include "track/predict.h"
+
+#define HEAD_KEPT_S 0.25 /* a head that is not measured for longer is looked for anew */
+#define SEED_RADIUS_M 0.004
+#define STEADY_S 0.5    /* an unclear name is given when it holds this long */
+#define STRANGE_MAX 12  /* shots in a row against the neighbours until a name is taken back */
+#define STRANGE_M 0.003 /* disagreement beyond this and a share of the spacing is strange */
+#define TWO_CAMERA_MIN_M 0.0015 /* how far from its prediction a two-camera marker may be */
+#define TWO_CAMERA_MAX_M 0.005
+#define NAMED_SHARE_MIN 0.2 /* fewer names than this share of the points: the head is wrong */
+
+struct tracker_scratch {
+	struct matcher matcher;
+	struct acquire_scratch acquire;
+	struct labelling labelling;
+	struct seed seeds[LABEL_MAX + LOOSE_MAX];
+};
+
+struct tracker_settings tracker_settings_default(void)
+{
+	return (struct tracker_settings){.match_gate_px = 1.0,
+					 .calibration_sigma_px = 0.01,
+					 .range_min_m = 0.1,
+					 .range_max_m = 20};
+}
+
+int tracker_scratch_create(struct tracker_scratch **out)
+{
+	struct tracker_scratch *scratch = calloc(1, sizeof(*scratch));
+
+	if (!scratch)
+		return -ENOMEM;
+	memset(scratch, 1, sizeof(*scratch)); /* touch every page now, not while live */
+	memset(scratch, 0, sizeof(*scratch));
+	*out = scratch;
+	return 0;
+}
+
+void tracker_scratch_destroy(struct tracker_scratch *scratch)
+{
+	free(scratch);
+}
+
+void tracker_state_init(struct tracker_state *state, const struct layout *layout)
+{
+	memset(state, 0, sizeof(*state));
+	state->label_count = layout->marker_count;
+	predict_init(state, layout);
+}
+
+static void forget_names(struct tracker_state *state)
+{
+	for (uint32_t i = 0; i < state->label_count; i++) {
+		state->labels[i].confirmed = false;
+		state->labels[i].seen_ns = 0;
+		state->labels[i].steady_since_ns = 0;
+	}
+}
+
+static void match_shot(struct tracker_state *state, struct tracker_scratch *scratch,
+		       const struct pose *head)
+{
+	struct predictions *motion = &scratch->labelling.motion;
+	int count = 0;
+
+	for (uint32_t i = 0; state->head.tracked && i < motion->count; i++)
+		scratch->seeds[count++] =
+			(struct seed){pose_apply(head, motion->labels[i].local_m),
+				      fmin(SEED_RADIUS_M, 0.001 + 3 * motion->labels[i].sigma_m)};
+	for (uint32_t i = 0; i < state->loose_count; i++)
+		scratch->seeds[count++] = (struct seed){state->loose_stage_m[i], SEED_RADIUS_M};
+	match_seeds(&scratch->matcher, scratch->seeds, count);
+	match_leftovers(&scratch->matcher);
+}
+
+/* The head among this shot's points: near where it was, else anywhere. */
+static bool find_head(struct tracker_state *state, struct tracker_scratch *scratch,
+		      const struct layout *layout, struct pose *head)
+{
+	const struct matcher *m = &scratch->matcher;
+	const struct predictions *motion = &scratch->labelling.motion;
+
+	if (state->head.tracked && head_refine(layout, motion, m->points, m->point_count, head))
+		return true;
+	return acquire_head(&scratch->acquire, layout, m->points, m->point_count,
+			    &state->head.acquire_cursor, head) &&
+	       head_refine(layout, motion, m->points, m->point_count, head);
+}
+
+/* Labels without a point: is there one that only two cameras see? */
+static void add_two_camera(struct tracker_state *state, struct tracker_scratch *scratch,
+			   const struct pose *head)
+{
+	struct labelling *l = &scratch->labelling;
+	struct pose back = pose_inverse(head);
+
+	for (uint32_t i = 0; i < state->label_count; i++) {
+		const struct prediction *p = &l->predictions.labels[i];
+
+		if (l->assign.column_of_row[i] != ASSIGN_NONE)
+			continue;
+		struct seed seed = {
+			pose_apply(head, p->local_m),
+			fmin(fmax(TWO_CAMERA_MIN_M, 2.5 * p->sigma_m),
+			     fmin(TWO_CAMERA_MAX_M, 0.45 * state->labels[i].spacing_m))};
+		int point = match_two_cameras(&scratch->matcher, &seed);
+		if (point < 0)
+			continue;
+		l->point_of_label[i] = (int16_t)point;
+		l->seen[i] = true;
+		l->seen_m[i] = pose_apply(&back, scratch->matcher.points[point].fix.p_stage_m);
+	}
+}
+
+/* A name is given at once where it is clear, else when it has held for a while. */
+static bool may_confirm(struct tracker_state *state, const struct tracker_scratch *scratch,
+			const struct layout *layout, uint32_t i, int64_t now_ns)
+{
+	const struct labelling *l = &scratch->labelling;
+	const struct point *point = &scratch->matcher.points[l->point_of_label[i]];
+	struct label_state *label = &state->labels[i];
+
+	if (label->steady_since_ns == 0)
+		label->steady_since_ns = now_ns;
+	if (point->fix.used_count >= 3 &&
+	    label_is_clear(l, state, layout, (uint32_t)l->assign.column_count, i))
+		return true;
+	return (double)(now_ns - label->steady_since_ns) * 1e-9 > STEADY_S;
+}
+
+/* A name that goes against its neighbours for long was wrong from the start. */
+static bool is_strange(struct label_state *label, const struct layout *layout,
+		       const struct labelling *l, uint32_t i)
+{
+	struct vec3 moved_m;
+	double sigma_m;
+
+	if (layout->markers[i].rigid ||
+	    predict_displacement(label, layout, l->seen, l->seen_m, &moved_m, &sigma_m) < 3)
+		return false;
+	struct vec3 told_m = vec3_add(layout->markers[i].neutral_m, moved_m);
+	double limit_m = STRANGE_M + 0.8 * label->spacing_m + 2 * sigma_m;
+	label->strange_count =
+		vec3_distance(told_m, l->seen_m[i]) > limit_m ? label->strange_count + 1 : 0;
+	return label->strange_count > STRANGE_MAX;
+}
+
+static void follow(struct label_state *label, struct vec3 local_m, struct vec3 offset_m,
+		   int64_t now_ns)
+{
+	double dt_s = (double)(now_ns - label->seen_ns) * 1e-9;
+
+	label->velocity_m_s = (struct vec3){0, 0, 0};
+	if (label->confirmed && dt_s > 0 && dt_s < 0.05)
+		label->velocity_m_s = vec3_scale(vec3_sub(local_m, label->local_m), 1 / dt_s);
+	label->local_m = local_m;
+	label->offset_m = offset_m;
+	label->seen_ns = now_ns;
+	label->confirmed = true;
+	label->steady_since_ns = 0;
+}
+
+static void update_label(struct tracker_state *state, struct tracker_scratch *scratch,
+			 const struct layout *layout, uint32_t i, int64_t now_ns)
+{
+	struct labelling *l = &scratch->labelling;
+	struct label_state *label = &state->labels[i];
+	struct vec3 moved_m;
+	double sigma_m;
+
+	label->filled_m = l->seen[i] ? l->seen_m[i] : l->predictions.labels[i].local_m;
+	if (!l->seen[i]) {
+		label->steady_since_ns = 0;
+		return;
+	}
+	if (is_strange(label, layout, l, i)) {
+		label->confirmed = false;
+		label->strange_count = 0;
+		label->steady_since_ns = 0;
+	}
+	if (!label->confirmed && !may_confirm(state, scratch, layout, i, now_ns))
+		return;
+	predict_displacement(label, layout, l->seen, l->seen_m, &moved_m, &sigma_m);
+	struct vec3 told_m = vec3_add(layout->markers[i].neutral_m, moved_m);
+	follow(label, l->seen_m[i], vec3_sub(l->seen_m[i], told_m), now_ns);
+	scratch->matcher.points[l->point_of_label[i]].label = (int16_t)i;
+}
+
+static void update_labels(struct tracker_state *state, struct tracker_scratch *scratch,
+			  const struct layout *layout, const struct pose *head, int64_t now_ns,
+			  double dt_s)
+{
+	struct labelling *l = &scratch->labelling;
+	struct pose back = pose_inverse(head);
+
+	for (uint32_t i = 0; i < state->label_count; i++)
+		if (l->seen[i])
+			l->seen_m[i] = pose_apply(
+				&back, scratch->matcher.points[l->point_of_label[i]].fix.p_stage_m);
+	for (uint32_t i = 0; i < state->label_count; i++)
+		update_label(state, scratch, layout, i, now_ns);
+	predict_learn(state, layout, dt_s, l->seen, l->seen_m);
+}
+
+static void emit_point(const struct point *point, struct marker *out)
+{
+	*out = (struct marker){.label = point->label,
+			       .status = point->fix.used_count == 2 ? MARKER_TWO_CAMERA
+								    : MARKER_MEASURED,
+			       .camera_count = (uint8_t)point->fix.used_count,
+			       .camera_mask = point->fix.used_mask,
+			       .p_stage_m = point->fix.p_stage_m,
+			       .residual_px = (float)point->fix.residual_px};
+	memcpy(out->cov_m2, point->fix.cov_m2, sizeof(out->cov_m2));
+}
+
+static void emit_unseen(const struct tracker_state *state, const struct labelling *l,
+			const struct pose *head, uint32_t i, struct marker *out)
+{
+	*out = (struct marker){.label = (int16_t)i, .status = MARKER_MISSING};
+	if (!head || state->labels[i].seen_ns == 0)
+		return;
+	double variance_m2 = l->predictions.labels[i].sigma_m * l->predictions.labels[i].sigma_m;
+	out->status = MARKER_PREDICTED;
+	out->p_stage_m = pose_apply(head, state->labels[i].filled_m);
+	out->cov_m2[0] = out->cov_m2[3] = out->cov_m2[5] = variance_m2;
+}
+
+/* The labels in the layout's order, then the points without a name. */
+static void emit(struct tracker_state *state, const struct tracker_scratch *scratch,
+		 const struct pose *head, struct marker_set *out)
+{
+	const struct matcher *m = &scratch->matcher;
+
+	out->label_count = out->marker_count = state->label_count;
+	out->markers_lost = 0;
+	state->loose_count = 0;
+	for (uint32_t i = 0; i < state->label_count; i++)
+		emit_unseen(state, &scratch->labelling, head, i, &out->markers[i]);
+	for (uint32_t p = 0; p < m->point_count; p++) {
+		const struct point *point = &m->points[p];
+
+		if (point->label != LABEL_NONE) {
+			emit_point(point, &out->markers[point->label]);
+			continue;
+		}
+		if (state->loose_count < LOOSE_MAX && point->fix.used_count >= 3)
+			state->loose_stage_m[state->loose_count++] = point->fix.p_stage_m;
+		if (out->marker_count == MARKER_MAX)
+			out->markers_lost++;
+		else
+			emit_point(point, &out->markers[out->marker_count++]);
+	}
+}
+
+static bool head_is_plausible(const struct tracker_scratch *scratch)
+{
+	const struct labelling *l = &scratch->labelling;
+	int named = 0, points = (int)scratch->matcher.point_count;
+
+	for (uint32_t i = 0; i < l->motion.count; i++)
+		named += l->seen[i];
+	return named >= 3 && named >= NAMED_SHARE_MIN * points;
+}
+
+/* Names, head pose and memory, given where the head is. Returns whether it really is there. */
+static bool name_shot(struct tracker_state *state, struct tracker_scratch *scratch,
+		      const struct layout *layout, int64_t now_ns, double dt_s, struct pose *head,
+		      struct head *out)
+{
+	struct labelling *l = &scratch->labelling;
+
+	label_points(l, state, layout, scratch->matcher.points, scratch->matcher.point_count, head,
+		     now_ns);
+	if (!head_is_plausible(scratch))
+		return false;
+	add_two_camera(state, scratch, head);
+	head_fit(layout, &l->predictions, scratch->matcher.points, l->point_of_label, head, out);
+	if (!out->valid)
+		return false;
+	*head = out->rt_stage_head;
+	update_labels(state, scratch, layout, head, now_ns, dt_s);
+	head_update(&state->head, head, now_ns);
+	return true;
+}
+
+void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
+		 const struct tracker_rig *rig, const struct shot *shot, struct marker_set *out)
+{
+	int64_t now_ns = shot->mid_exposure_ns;
+	double dt_s = (double)(now_ns - state->mid_exposure_ns) * 1e-9;
+	struct pose head = head_predict(&state->head, now_ns);
+	bool measured = false;
+
+	if (state->head.tracked && (double)(now_ns - state->head.seen_ns) * 1e-9 > HEAD_KEPT_S) {
+		state->head.tracked = false;
+		forget_names(state);
+	}
+	out->shot = shot->number;
+	out->mid_exposure_ns = now_ns;
+	out->uncertainty_ns = shot->uncertainty_ns;
+	out->camera_count = shot->camera_count;
+	out->missing_mask = shot->missing_mask;
+	out->head_count = 1;
+	out->heads[0] = (struct head){.valid = 0};
+
+	predict_motion(state, rig->layout, now_ns, &scratch->labelling.motion);
+	match_begin(&scratch->matcher, rig, shot);
+	match_shot(state, scratch, &head);
+	if (find_head(state, scratch, rig->layout, &head))
+		measured =
+			name_shot(state, scratch, rig->layout, now_ns, dt_s, &head, &out->heads[0]);
+	out->heads[0].valid = measured;
+	if (!measured)
+		scratch->labelling.predictions = scratch->labelling.motion;
+	emit(state, scratch, measured || state->head.tracked ? &head : NULL, out);
+	state->mid_exposure_ns = now_ns;
+}

@@ -1,0 +1,36 @@
+/*
+ * A point from its views: weighted Gauss-Newton on the reprojection error over all views,
+ * covariance out, and a bad view found by leaving each one out (Hartley and Sturm 1997; Hartley and
+ * Zisserman, Multiple View Geometry, ch. 12). Pure and real-time safe.
+ */
+#pragma once
+
+#include <stdint.h>
+
+#include "base/geometry.h"
+#include "track/observe.h"
+#include "track/view.h"
+
+/* One camera's sight of the point. */
+struct sighting {
+	const struct view *view;
+	double pixel[2];
+	double sigma_px;
+};
+
+struct fix {
+	struct vec3 p_stage_m;
+	double cov_m2[6];    /* xx xy xz yy yz zz */
+	double residual_px;  /* rms distance in the image over the views used */
+	double chi2_per_dof; /* of the views used; about 1 when the sigmas are true */
+	uint32_t used_mask;  /* bit i: sightings[i] was used; the others are off by too much */
+	int used_count;
+};
+
+/* Closest point to all rays (least squares in space): where Gauss-Newton starts. Returns -EDOM when
+ * the rays are parallel. */
+int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *out);
+
+/* 2 to CAMERA_MAX sightings. A view is dropped when the rest agree without it and not with it.
+ * Returns 0, or -EDOM when the point is behind a camera or cannot be fixed. */
+int triangulate(const struct sighting *sightings, int count, struct fix *out);
