@@ -58,7 +58,7 @@ static void set_lens(struct sim_camera *camera, struct rng *rng)
 
 void sim_cameras_init(struct sim_camera *cameras, uint32_t count, uint64_t seed)
 {
-	double half_arc_deg = count <= 4 ? 45 : 55;
+	double half_arc_deg = count <= 4 ? 40 : 55;
 	struct rng rng;
 
 	rng_init(&rng, seed, 3);
@@ -66,7 +66,7 @@ void sim_cameras_init(struct sim_camera *cameras, uint32_t count, uint64_t seed)
 		struct sim_camera *camera = &cameras[c];
 		double azimuth =
 			RAD * (half_arc_deg * (2.0 * c / (count - 1) - 1.0) + spread(&rng, 2));
-		double rise_m = (c % 2 ? 0.30 : -0.12) + spread(&rng, 0.05);
+		double rise_m = (c % 2 ? 0.20 : -0.25) + spread(&rng, 0.05);
 		double away_m = 1.30 + spread(&rng, 0.12);
 		struct vec3 aim = {spread(&rng, 0.01), spread(&rng, 0.01),
 				   AIM_M.z + spread(&rng, 0.01)};

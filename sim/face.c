@@ -132,7 +132,7 @@ static void add_skin_marker(struct face *face, const struct shape *shape, struct
 {
 	uint32_t index = face->layout.marker_count;
 	struct face_marker *marker = &face->markers[index];
-	double jitter_deg = strncmp(spot->group, "lip", 3) == 0 ? 0.25 : 0.7;
+	double jitter_deg = strncmp(spot->group, "lip", 3) == 0 ? 0.2 : 0.7;
 	double azimuth = side * spot->azimuth_deg + spread(rng, jitter_deg);
 	double elevation = spot->elevation_deg + spread(rng, jitter_deg);
 	char name[NAME_BYTES];

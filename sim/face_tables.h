@@ -12,15 +12,14 @@ struct face_relief {
 };
 
 static const struct face_relief FACE_RELIEF[] = {
-	{0, -42, 38, 20, 14},     /* the lower face stands forward of the ellipsoid */
-	{0, -19, 6.5, 9, 20},     /* nose tip */
-	{0, -6, 5.5, 10, 9},      /* nose bridge */
-	{14, 18, 12, 5, 3.5},     /* brow ridge */
-	{18, 4, 8, 6, -6},        /* eye socket */
-	{38, -10, 11, 9, 4},      /* cheek bone */
-	{0, -32.5, 11, 2.2, 3.5}, /* upper lip */
-	{0, -38, 10, 2.2, 4},     /* lower lip */
-	{0, -52, 11, 5, 7},       /* chin */
+	{0, -50, 42, 19, 19}, /* the lower face stands forward of the ellipsoid */
+	{0, -19, 7, 9, 18},   /* nose tip */
+	{0, -6, 6, 10, 8},    /* nose bridge */
+	{14, 18, 12, 5, 3},   /* brow ridge */
+	{18, 4, 8, 6, -5},    /* eye socket */
+	{36, -10, 11, 9, 4},  /* cheek bone */
+	{0, -34.5, 12, 4, 4}, /* lips */
+	{0, -52, 11, 5, 4},   /* chin */
 };
 
 /* Skin markers. */
@@ -32,46 +31,46 @@ struct face_spot {
 };
 
 static const struct face_spot FACE_SPOTS[] = {
-	{"forehead", 1, "forehead", 0, 41},
-	{"forehead", 2, "forehead", 0, 29},
-	{"forehead", 1, "forehead", 14, 39},
-	{"forehead", 2, "forehead", 28, 36},
-	{"forehead", 3, "forehead", 12, 29},
-	{"temple", 1, "temple", 49, 13},
-	{"temple", 2, "temple", 46, 28},
-	{"brow", 1, "brow", 7, 18.5},
-	{"brow", 2, "brow", 17, 21},
-	{"brow", 3, "brow", 27, 21},
-	{"brow", 4, "brow", 37, 17},
-	{"lid", 1, "lid", 14, 9},
-	{"lid", 2, "lid", 24, 9},
-	{"lid", 3, "lid", 19, -3},
+	{"forehead", 1, "forehead", 0, 37},
+	{"forehead", 2, "forehead", 0, 27.5},
+	{"forehead", 1, "forehead", 12.5, 36},
+	{"forehead", 2, "forehead", 25, 33},
+	{"forehead", 3, "forehead", 11, 27.5},
+	{"temple", 1, "temple", 43, 10},
+	{"temple", 2, "temple", 40, 25},
+	{"brow", 1, "brow", 6.5, 18.5},
+	{"brow", 2, "brow", 15.5, 20},
+	{"brow", 3, "brow", 24.5, 20},
+	{"brow", 4, "brow", 33.5, 16.5},
+	{"lid", 1, "lid", 13, 9.5},
+	{"lid", 2, "lid", 22, 9.5},
+	{"lid", 3, "lid", 17.5, -3},
 	{"nose", 1, "nose", 0, 7},
 	{"nose", 2, "nose", 0, -2},
-	{"nose", 3, "nose", 0, -11},
-	{"nose", 4, "nose", 0, -19},
-	{"nose", 1, "nose", 8.5, -8.5},
-	{"nose", 2, "nose", 9.5, -20},
-	{"cheek", 1, "cheek", 20, -14},
-	{"cheek", 2, "cheek", 31, -5},
-	{"cheek", 3, "cheek", 43, -2},
-	{"cheek", 4, "cheek", 31, -16},
-	{"cheek", 5, "cheek", 44, -14},
-	{"cheek", 6, "cheek", 23, -26},
-	{"cheek", 7, "cheek", 36, -27},
-	{"lip_u", 1, "lip_upper", 0, -31.5},
-	{"lip_u", 1, "lip_upper", 5, -31.3},
-	{"lip_u", 2, "lip_upper", 10, -32.3},
-	{"lip_c", 1, "lip_corner", 15, -35},
-	{"lip_d", 1, "lip_lower", 0, -38.8},
-	{"lip_d", 1, "lip_lower", 5, -38.6},
-	{"lip_d", 2, "lip_lower", 10, -37.8},
-	{"jaw", 1, "jaw", 15, -46},
-	{"jaw", 2, "jaw", 28, -40},
-	{"jaw", 3, "jaw", 43, -38},
-	{"jaw", 4, "jaw", 54, -26},
-	{"chin", 1, "chin", 0, -47},
-	{"chin", 2, "chin", 0, -54},
+	{"nose", 3, "nose", 0, -10.5},
+	{"nose", 4, "nose", 0, -18.5},
+	{"nose", 1, "nose", 8.5, -9.5},
+	{"nose", 2, "nose", 9.5, -20.5},
+	{"cheek", 1, "cheek", 18.5, -13},
+	{"cheek", 2, "cheek", 28, -4},
+	{"cheek", 3, "cheek", 38, -1},
+	{"cheek", 4, "cheek", 28, -14.5},
+	{"cheek", 5, "cheek", 39, -12},
+	{"cheek", 6, "cheek", 21, -24.5},
+	{"cheek", 7, "cheek", 32.5, -24.5},
+	{"lip_u", 1, "lip_upper", 0, -32},
+	{"lip_u", 1, "lip_upper", 4.9, -31.8},
+	{"lip_u", 2, "lip_upper", 9.8, -32.6},
+	{"lip_c", 1, "lip_corner", 14.6, -35},
+	{"lip_d", 1, "lip_lower", 0, -38.2},
+	{"lip_d", 1, "lip_lower", 4.9, -38},
+	{"lip_d", 2, "lip_lower", 9.8, -37.3},
+	{"jaw", 1, "jaw", 14, -44.5},
+	{"jaw", 2, "jaw", 25, -37.5},
+	{"jaw", 3, "jaw", 37, -35.5},
+	{"jaw", 4, "jaw", 44.5, -24},
+	{"chin", 1, "chin", 0, -45},
+	{"chin", 2, "chin", 0, -51},
 };
 
 /* The rigid head band: spots on stems, so far from any symmetry that only one fit is close. */
@@ -100,7 +99,7 @@ static const struct face_pull FACE_PULLS[] = {
 	{EXPRESSION_STRETCH, 0, 15, -36, 8, 6, -2, -2},
 	{EXPRESSION_PUCKER, 0, 15, -35, 6, -6, 0, 4},
 	{EXPRESSION_PUCKER, 0, 0, -35, 6, 0, 0, 6},
-	{EXPRESSION_LIP_DROP, 0, 0, -39, 6, 0, -5, 1},
+	{EXPRESSION_LIP_DROP, 0, 0, -39, 6, 0, -10, 1},
 	{EXPRESSION_SNARL, 0, 9, -18, 6, 1.5, 4, -1},
 	{EXPRESSION_SNARL, 0, 6, -30, 4, 0, 3, 0},
 	{EXPRESSION_BLINK, 0, 19, 10, 5, 0, -9, -1},

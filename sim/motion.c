@@ -20,21 +20,21 @@ struct band {
 	double low_hz, high_hz;
 };
 
-static const struct band SPEECH = {1.2, 4.0}, MIMIC = {0.4, 2.5};
-static const struct band TURN = {0.1, 0.45}, SHAKE = {1.2, 2.6}, SWAY = {0.15, 0.8};
+static const struct band SPEECH = {2.7, 4.0}, MIMIC = {0.4, 2.5};
+static const struct band TURN = {0.1, 0.45}, SHAKE = {1.2, 3.0}, SWAY = {0.15, 1.0};
 
 /* Largest excursions: turns and shakes in degrees, sway in mm; head axes x, y, z. */
 static const double TURN_DEG[3] = {13, 30, 7};
-static const double SHAKE_DEG[3] = {4, 7, 2};
+static const double SHAKE_DEG[3] = {5, 9, 3};
 static const double SWAY_MM[3] = {35, 20, 40};
 
 static const struct {
 	struct band band;
 	double scale;
 } DRIVE[EXPRESSION_COUNT] = {
-	[EXPRESSION_JAW_OPEN] = {SPEECH, 0.9}, [EXPRESSION_SMILE] = {MIMIC, 0.8},
-	[EXPRESSION_STRETCH] = {SPEECH, 0.6},  [EXPRESSION_PUCKER] = {SPEECH, 0.7},
-	[EXPRESSION_LIP_DROP] = {SPEECH, 0.8}, [EXPRESSION_SNARL] = {MIMIC, 0.5},
+	[EXPRESSION_JAW_OPEN] = {SPEECH, 1.0}, [EXPRESSION_SMILE] = {MIMIC, 0.8},
+	[EXPRESSION_STRETCH] = {SPEECH, 0.8},  [EXPRESSION_PUCKER] = {SPEECH, 0.8},
+	[EXPRESSION_LIP_DROP] = {SPEECH, 1.0}, [EXPRESSION_SNARL] = {MIMIC, 0.5},
 	[EXPRESSION_BLINK] = {MIMIC, 0.9},     [EXPRESSION_BROW_L] = {MIMIC, 0.9},
 	[EXPRESSION_BROW_R] = {MIMIC, 0.9},    [EXPRESSION_FROWN] = {MIMIC, 0.7},
 };

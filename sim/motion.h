@@ -9,7 +9,7 @@
 #include "base/geometry.h"
 #include "sim/face.h"
 
-#define MOTION_SINES 5
+#define MOTION_SINES 3
 
 /* Band-limited, within [-1, 1]. */
 struct signal {
