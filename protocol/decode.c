@@ -10,6 +10,7 @@
 #include <stdalign.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #include "stage.pb-c.h"
 
@@ -31,6 +32,23 @@ struct decoder {
 	struct arena description;                /* holds what `current` points to */
 	const struct stage_description *current; /* NULL until the first description */
 };
+
+static int arena_init(struct arena *arena)
+{
+	void *bytes = mmap(NULL, ARENA_BYTES, PROT_READ | PROT_WRITE,
+			   MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+
+	if (bytes == MAP_FAILED)
+		return -ENOMEM;
+	arena->bytes = bytes;
+	return 0;
+}
+
+static void arena_finish(struct arena *arena)
+{
+	if (arena->bytes)
+		munmap(arena->bytes, ARENA_BYTES);
+}
 
 static void *arena_alloc(void *user, size_t size)
 {
@@ -55,9 +73,7 @@ int decoder_create(struct decoder **out)
 
 	if (!decoder)
 		return -ENOMEM;
-	decoder->message.bytes = malloc(ARENA_BYTES);
-	decoder->description.bytes = malloc(ARENA_BYTES);
-	if (!decoder->message.bytes || !decoder->description.bytes) {
+	if (arena_init(&decoder->message) < 0 || arena_init(&decoder->description) < 0) {
 		decoder_destroy(decoder);
 		return -ENOMEM;
 	}
@@ -69,8 +85,8 @@ void decoder_destroy(struct decoder *decoder)
 {
 	if (!decoder)
 		return;
-	free(decoder->message.bytes);
-	free(decoder->description.bytes);
+	arena_finish(&decoder->message);
+	arena_finish(&decoder->description);
 	free(decoder);
 }
 

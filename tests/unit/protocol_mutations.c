@@ -3,6 +3,7 @@
  */
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stddef.h>
 #include <stdlib.h>
 
 #include <cmocka.h>
@@ -12,7 +13,7 @@
 #include "tests/unit/sample_stream.h"
 
 #define STREAM_BYTES (64u << 10)
-#define RUNS 6000
+#define RUNS 60000
 
 static uint8_t seed_stream[STREAM_BYTES];
 static size_t seed_bytes;
@@ -101,7 +102,8 @@ static void every_truncation_is_survived(void **state)
 {
 	(void)state;
 	for (size_t size = 0; size <= seed_bytes; size++) {
-		uint8_t *exact = malloc(size + 1); /* so that a memory checker sees one byte too far */
+		uint8_t *exact =
+			malloc(size + 1); /* so that a memory checker sees one byte too far */
 
 		memcpy(exact, seed_stream, size);
 		assert_int_equal(LLVMFuzzerTestOneInput(exact, size), 0);

@@ -29,13 +29,13 @@ static inline void sample_layout(struct layout *layout)
 
 static inline struct stream_description sample_description(const struct layout *layout)
 {
-	return (struct stream_description){.station_version = "0.1.0",
-					   .rig_revision = "00c0ffee00c0ffee",
-					   .period_ns = 8333333,
-					   .camera_count = 2,
-					   .cameras = {{"ir1", false, 1280, 1024},
-						       {"hd1", true, 1920, 1080}},
-					   .layout = layout};
+	return (struct stream_description){
+		.station_version = "0.1.0",
+		.rig_revision = "00c0ffee00c0ffee",
+		.period_ns = 8333333,
+		.camera_count = 2,
+		.cameras = {{"ir1", false, 1280, 1024}, {"hd1", true, 1920, 1080}},
+		.layout = layout};
 }
 
 /* Every tenth label is missing, every tenth plus one is predicted; `unlabelled` come behind. */

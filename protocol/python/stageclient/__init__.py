@@ -37,20 +37,16 @@ class Client:
         self.description = None  # the latest
         self.labels = []         # names by label index
         self.sets_lost = 0       # marker sets that this subscriber lost by reading too slowly
-        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        try:
-            self._socket.settimeout(timeout_s)
-            self._socket.connect(path)
-        except OSError:
-            self.close()
-            raise
-        self._file = self._socket.makefile("rb")
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
+            connection.settimeout(timeout_s)
+            connection.connect(path)
+            self._file = connection.makefile("rb")  # keeps the connection open
 
     def fileno(self):
-        return self._socket.fileno()
+        return self._file.fileno()
 
     def close(self):
-        self._socket.close()
+        self._file.close()
 
     def __enter__(self):
         return self
