@@ -62,6 +62,14 @@ static void set_camera(struct sim_renderer *renderer)
 	}
 }
 
+/* Memory that has been touched: the thread that renders shall meet no page fault. */
+static void *zeroed(size_t bytes)
+{
+	void *memory = aligned_alloc(64, (bytes + 63) / 64 * 64);
+
+	return memory ? memset(memory, 0, bytes) : NULL;
+}
+
 static int allocate(struct sim_renderer *renderer)
 {
 	size_t frames = renderer->mode == SIM_NOISE_FAST ? STRIP_FRAMES : 1;
@@ -71,10 +79,10 @@ static int allocate(struct sim_renderer *renderer)
 	rng_init(&rng, renderer->scene->seed, 32 + renderer->camera);
 	if (noise_create(&renderer->noise, 8.0 + 4.0 * rng_uniform(&rng)) != 0)
 		return -ENOMEM;
-	renderer->strip = aligned_alloc(64, frames * renderer->pixel_count);
-	renderer->light = calloc(renderer->pixel_count, sizeof(*renderer->light));
-	renderer->lit_place = malloc(lit_max * sizeof(*renderer->lit_place));
-	renderer->lit_before = malloc(lit_max);
+	renderer->strip = zeroed(frames * renderer->pixel_count);
+	renderer->light = zeroed(renderer->pixel_count * sizeof(*renderer->light));
+	renderer->lit_place = zeroed(lit_max * sizeof(*renderer->lit_place));
+	renderer->lit_before = zeroed(lit_max);
 	if (!renderer->strip || !renderer->light || !renderer->lit_place || !renderer->lit_before)
 		return -ENOMEM;
 	noise_fill_background(renderer->noise, &rng, renderer->strip,

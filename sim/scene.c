@@ -50,6 +50,7 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 		return err;
 	}
 	scene->seed = options->seed;
+	scene->rate_hz = rate_hz;
 	scene->period_ns = llround((double)NS_PER_S / rate_hz);
 	scene->camera_count = options->camera_count ? options->camera_count : DEFAULT_CAMERA_COUNT;
 	face_init(&scene->face, options->seed);

@@ -10,6 +10,7 @@
 
 struct sim_scene {
 	uint64_t seed;
+	double rate_hz;
 	int64_t period_ns;
 	struct face face;
 	struct motion motion;

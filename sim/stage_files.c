@@ -7,7 +7,6 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "base/clock.h"
 #include "sim/scene_parts.h"
 
 static int fail(struct diag *diag, const char *path, const char *what, int err)
@@ -43,7 +42,7 @@ static void print_config(FILE *file, const struct sim_scene *scene, const char *
 			 const char *extra_yaml)
 {
 	fprintf(file, "# A simulated stage.\nrig: rig\nlayout: layout.yaml\nrate_hz: %.9g\n",
-		(double)NS_PER_S / (double)scene->period_ns);
+		scene->rate_hz);
 	if (extra_yaml)
 		fprintf(file, "%s%s", extra_yaml,
 			*extra_yaml && extra_yaml[strlen(extra_yaml) - 1] == '\n' ? "" : "\n");
@@ -53,7 +52,7 @@ static void print_config(FILE *file, const struct sim_scene *scene, const char *
 			addresses[c]);
 }
 
-/* `config_of` NULL: the layout, else the configuration with these addresses. */
+/* Addresses NULL: the layout, else the configuration. */
 static int write_yaml(const struct sim_scene *scene, const char *path, const char *const *addresses,
 		      const char *extra_yaml, struct diag *diag)
 {

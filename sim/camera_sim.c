@@ -1,0 +1,198 @@
+/*
+ * Camera driver `sim:NAME`: renders the shots of this process's simulated stage on demand.
+ */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "sim/render.h"
+#include "sim/scene_parts.h"
+#include "sim/world.h"
+#include "sim/world_parts.h"
+#include "track/observe.h"
+
+#define QUEUE_SHOTS 8 /* what a camera holds for a late station */
+#define UNCERTAINTY_NS (1 * NS_PER_US)
+#define LATE_NS (2 * NS_PER_MS) /* of the simulator, not of the station */
+
+struct sim_device {
+	struct camera base;
+	/* set on the control thread */
+	const struct sim_camera *camera; /* the scene's */
+	uint32_t index;
+	struct sim_renderer *renderer; /* owned */
+	/* owned by the capture thread */
+	uint64_t next_shot;
+};
+
+static struct sim_device *device_of(struct camera *camera)
+{
+	return (struct sim_device *)camera;
+}
+
+static int64_t ready_ns(uint64_t shot)
+{
+	return sim_world_mid_exposure_ns(shot) + SIM_HALF_EXPOSURE_NS + SIM_READOUT_NS;
+}
+
+static int sim_list(camera_found_fn *found, void *user, struct diag *diag)
+{
+	const struct sim_scene *scene = sim_world_scene();
+
+	(void)diag;
+	for (uint32_t c = 0; scene && c < scene->camera_count; c++) {
+		struct camera_info info;
+
+		snprintf(info.address, sizeof(info.address), "sim:%s", scene->cameras[c].name);
+		snprintf(info.model, sizeof(info.model), "simulated %dx%d",
+			 scene->cameras[c].width_px, scene->cameras[c].height_px);
+		snprintf(info.serial, sizeof(info.serial), "sim-%u", c);
+		found(&info, user);
+	}
+	return 0;
+}
+
+static int find_camera(const struct sim_scene *scene, const char *name, uint32_t *index,
+		       struct diag *diag)
+{
+	char names[SIM_CAMERA_MAX * 16] = "";
+
+	if (!scene) {
+		diag_add(diag, "sim:%s: no simulated stage is open in this program", name);
+		return -ENODEV;
+	}
+	for (uint32_t c = 0; c < scene->camera_count; c++) {
+		if (strcmp(scene->cameras[c].name, name) == 0) {
+			*index = c;
+			return 0;
+		}
+		snprintf(names + strlen(names), sizeof(names) - strlen(names), " %.12s",
+			 scene->cameras[c].name);
+	}
+	diag_add(diag, "sim:%s: no such camera: the scene has%s", name, names);
+	return -ENODEV;
+}
+
+static int sim_open(struct camera **out, const char *rest, const char *base_dir, struct diag *diag)
+{
+	const struct sim_scene *scene = sim_world_scene();
+	uint32_t index;
+	int err = find_camera(scene, rest, &index, diag);
+
+	(void)base_dir;
+	if (err)
+		return err;
+	struct sim_device *device = calloc(1, sizeof(*device));
+
+	if (!device)
+		goto fail;
+	device->base.driver = &sim_camera_driver;
+	device->camera = &scene->cameras[index];
+	device->index = index;
+	if (sim_renderer_create(&device->renderer, scene, index, SIM_NOISE_FAST) != 0)
+		goto fail;
+	*out = &device->base;
+	return 0;
+fail:
+	free(device);
+	diag_add(diag, "sim:%s: out of memory", rest);
+	return -ENOMEM;
+}
+
+static void sim_close(struct camera *camera)
+{
+	if (!camera)
+		return;
+	sim_renderer_destroy(device_of(camera)->renderer);
+	free(camera);
+}
+
+static int sim_configure(struct camera *camera, const struct camera_mode *wanted,
+			 struct camera_mode *granted, struct diag *diag)
+{
+	const struct sim_camera *model = device_of(camera)->camera;
+
+	(void)diag;
+	*granted = (struct camera_mode){.width_px = model->width_px,
+					.height_px = model->height_px,
+					.format = PIXEL_GREY8,
+					.period_ns = sim_scene_period_ns(sim_world_scene()),
+					.exposure_ns = 2 * SIM_HALF_EXPOSURE_NS,
+					.triggered = wanted->triggered};
+	return 0;
+}
+
+static int sim_start(struct camera *camera, struct diag *diag)
+{
+	(void)diag;
+	device_of(camera)->next_shot = sim_world_shot_after(clock_now_ns());
+	return 0;
+}
+
+static void sim_stop(struct camera *camera)
+{
+	(void)camera;
+}
+
+/* Moves past the shots that a camera with QUEUE_SHOTS places has had to drop by now. */
+static void drop_oldest(struct sim_device *device, int64_t now_ns)
+{
+	int64_t age_ns = now_ns - ready_ns(device->next_shot);
+	int64_t ready_count = age_ns / sim_scene_period_ns(sim_world_scene()) + 1;
+
+	if (age_ns > 0 && ready_count > QUEUE_SHOTS)
+		device->next_shot += (uint64_t)(ready_count - QUEUE_SHOTS);
+}
+
+static int sim_acquire(struct camera *camera, int64_t timeout_ns, struct frame *out)
+{
+	struct sim_device *device = device_of(camera);
+	int64_t asked_ns = clock_now_ns();
+
+	drop_oldest(device, asked_ns);
+	uint64_t shot = device->next_shot;
+	int64_t due_ns = ready_ns(shot) > asked_ns ? ready_ns(shot) : asked_ns;
+	int width_px, height_px;
+
+	if (due_ns - asked_ns > timeout_ns) {
+		clock_sleep_until(asked_ns + timeout_ns);
+		return -ETIMEDOUT;
+	}
+	clock_sleep_until(due_ns);
+	device->next_shot = shot + 1;
+	const uint8_t *pixels = sim_render(device->renderer, shot, &width_px, &height_px);
+
+	*out = (struct frame){.pixels = pixels,
+			      .width_px = width_px,
+			      .height_px = height_px,
+			      .stride_bytes = width_px,
+			      .format = PIXEL_GREY8,
+			      .shot = SHOT_UNKNOWN,
+			      .device_seq = shot,
+			      .mid_exposure_ns = sim_world_mid_exposure_ns(shot),
+			      .uncertainty_ns = UNCERTAINTY_NS,
+			      .arrival_ns = clock_now_ns()};
+	if (out->arrival_ns - due_ns > LATE_NS)
+		sim_world_count_late(device->index);
+	return 0;
+}
+
+static void sim_release(struct camera *camera, struct frame *frame)
+{
+	(void)camera;
+	frame->pixels = NULL;
+}
+
+const struct camera_driver sim_camera_driver = {
+	.name = "sim",
+	.list = sim_list,
+	.open = sim_open,
+	.close = sim_close,
+	.configure = sim_configure,
+	.start = sim_start,
+	.stop = sim_stop,
+	.acquire = sim_acquire,
+	.release = sim_release,
+};

@@ -1,0 +1,199 @@
+/*
+ * Plays a scene shot by shot into directories that files: cameras read.
+ */
+#include "sim/record.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "base/clock.h"
+#include "sim/record_files.h"
+#include "sim/render.h"
+#include "sim/scene_parts.h"
+#include "sim/truth_json.h"
+
+#define TRUTH_NAME "truth.jsonl"
+#define SECONDS_MAX 3600.0
+#define UNCERTAINTY_NS 1000
+#define CSV_HEADER "shot,mid_exposure_ns,uncertainty_ns,file\n"
+
+struct recording {
+	const char *dir;
+	struct sim_scene *scene;
+	struct sim_renderer *renderers[SIM_CAMERA_MAX];
+	struct part_file tables[SIM_CAMERA_MAX], truth_file;
+	struct sim_truth truth;
+	struct diag *diag;
+};
+
+static int begin_camera(struct recording *recording, uint32_t c)
+{
+	const char *name = recording->scene->cameras[c].name;
+	struct part_file *table = &recording->tables[c];
+	char path[PATH_MAX];
+	int err = record_path(recording->diag, path, "%s/%s", recording->dir, name);
+
+	if (!err)
+		err = record_clear_images(path, recording->diag);
+	if (!err)
+		err = record_path(recording->diag, path, "%s/%s/frames.csv", recording->dir, name);
+	if (!err)
+		err = part_file_open(table, path, recording->diag);
+	if (err)
+		return err;
+	fputs(CSV_HEADER, table->file); /* a failure shows when the file is finished */
+	err = sim_renderer_create(&recording->renderers[c], recording->scene, c, SIM_NOISE_FULL);
+	return err ? record_fail(recording->diag, path, "render the images of", -err) : 0;
+}
+
+static int write_stage(const struct recording *recording)
+{
+	char addresses[SIM_CAMERA_MAX][NAME_BYTES + 8];
+	const char *pointers[SIM_CAMERA_MAX];
+
+	for (uint32_t c = 0; c < recording->scene->camera_count; c++) {
+		snprintf(addresses[c], sizeof(addresses[c]), "files:%s",
+			 recording->scene->cameras[c].name);
+		pointers[c] = addresses[c];
+	}
+	return sim_scene_write_stage(recording->scene, recording->dir, pointers, "trigger: free",
+				     recording->diag);
+}
+
+static int begin(struct recording *recording)
+{
+	char path[PATH_MAX];
+	int err = record_claim_dir(recording->dir, TRUTH_NAME, recording->diag);
+
+	if (!err)
+		err = record_path(recording->diag, path, "%s/" TRUTH_NAME, recording->dir);
+	if (!err)
+		err = part_file_open(&recording->truth_file, path, recording->diag);
+	if (!err)
+		err = write_stage(recording);
+	for (uint32_t c = 0; !err && c < recording->scene->camera_count; c++)
+		err = begin_camera(recording, c);
+	return err;
+}
+
+static int write_image(const struct recording *recording, const char *path, const uint8_t *pixels,
+		       int width_px, int height_px)
+{
+	size_t size_bytes = (size_t)width_px * (size_t)height_px;
+	FILE *file = fopen(path, "w");
+
+	if (!file)
+		return record_fail(recording->diag, path, "write", errno);
+	bool bad = fprintf(file, "P5\n%d %d\n255\n", width_px, height_px) < 0 ||
+		   fwrite(pixels, 1, size_bytes, file) != size_bytes;
+	int err = errno;
+
+	if (fclose(file) != 0 && !bad) {
+		bad = true;
+		err = errno;
+	}
+	return bad ? record_fail(recording->diag, path, "write", err ? err : EIO) : 0;
+}
+
+static int record_frame(struct recording *recording, uint32_t c, uint64_t shot)
+{
+	char path[PATH_MAX];
+	int width_px, height_px;
+	const uint8_t *pixels = sim_render(recording->renderers[c], shot, &width_px, &height_px);
+	int err = record_path(recording->diag, path, "%s/%s/%06llu.pgm", recording->dir,
+			      recording->scene->cameras[c].name, (unsigned long long)shot);
+
+	if (!err)
+		err = write_image(recording, path, pixels, width_px, height_px);
+	if (err)
+		return err;
+	if (fprintf(recording->tables[c].file, "%llu,%lld,%d,%06llu.pgm\n",
+		    (unsigned long long)shot,
+		    (long long)sim_scene_mid_exposure_ns(recording->scene, shot), UNCERTAINTY_NS,
+		    (unsigned long long)shot) < 0)
+		return record_fail(recording->diag, recording->tables[c].part_path, "write", errno);
+	return 0;
+}
+
+static int record_shot(struct recording *recording, uint64_t shot)
+{
+	double time_s = (double)sim_scene_mid_exposure_ns(recording->scene, shot) * 1e-9;
+
+	for (uint32_t c = 0; c < recording->scene->camera_count; c++) {
+		int err = record_frame(recording, c, shot);
+
+		if (err)
+			return err;
+	}
+	sim_scene_truth(recording->scene, time_s, &recording->truth);
+	int err = truth_json_write(recording->scene, shot, &recording->truth,
+				   recording->truth_file.file);
+	if (err)
+		return record_fail(recording->diag, recording->truth_file.part_path, "write",
+				   err == -EIO && errno ? errno : -err);
+	return 0;
+}
+
+static uint64_t shot_count(const struct sim_scene *scene, double seconds)
+{
+	double count = round(seconds * (double)NS_PER_S / (double)scene->period_ns);
+
+	return count < 1 ? 1 : (uint64_t)count;
+}
+
+static int finish_files(struct recording *recording)
+{
+	int err = 0;
+
+	for (uint32_t c = 0; !err && c < recording->scene->camera_count; c++)
+		err = part_file_finish(&recording->tables[c], recording->diag);
+	return err ? err : part_file_finish(&recording->truth_file, recording->diag);
+}
+
+static void recording_destroy(struct recording *recording)
+{
+	for (int c = 0; c < SIM_CAMERA_MAX; c++) {
+		sim_renderer_destroy(recording->renderers[c]);
+		if (recording->tables[c].file)
+			fclose(recording->tables[c].file);
+	}
+	if (recording->truth_file.file)
+		fclose(recording->truth_file.file);
+	sim_scene_destroy(recording->scene);
+	free(recording);
+}
+
+int sim_record(const struct sim_options *options, const char *dir, double seconds,
+	       sim_progress_fn *progress, void *user, struct diag *diag)
+{
+	struct recording *recording;
+	int err;
+
+	if (!(seconds > 0 && seconds <= SECONDS_MAX)) {
+		diag_add(diag, "sim: %g seconds: a recording has more than 0, up to %g", seconds,
+			 SECONDS_MAX);
+		return -EINVAL;
+	}
+	recording = calloc(1, sizeof(*recording));
+	if (!recording)
+		return record_fail(diag, dir, "record to", ENOMEM);
+	recording->dir = dir;
+	recording->diag = diag;
+	err = sim_scene_create(&recording->scene, options, diag);
+	if (!err)
+		err = begin(recording);
+	uint64_t count = err ? 0 : shot_count(recording->scene, seconds);
+
+	for (uint64_t shot = 0; !err && shot < count; shot++) {
+		err = record_shot(recording, shot);
+		if (!err && progress)
+			progress(shot + 1, count, user);
+	}
+	if (!err)
+		err = finish_files(recording);
+	recording_destroy(recording);
+	return err;
+}

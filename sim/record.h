@@ -1,0 +1,24 @@
+/*
+ * Recordings of a scene: directories for files: cameras, with the truth beside them.
+ */
+#pragma once
+
+#include <stdint.h>
+
+#include "base/diag.h"
+#include "sim/scene.h"
+
+typedef void sim_progress_fn(uint64_t shots_done, uint64_t shot_count, void *user);
+
+/*
+ * Writes DIR/NAME/NNNNNN.pgm and DIR/NAME/frames.csv per camera, DIR/rig, DIR/layout.yaml,
+ * DIR/stage.yaml and DIR/truth.jsonl, one object a shot:
+ *   {"shot", "mid_exposure_ns", "head": {"q": [w,x,y,z], "t_m": [x,y,z]},
+ *    "markers": [{"name", "p_m": [x,y,z], "cameras": k, "visible": ["ir0", ...]}]}
+ * The same options and seconds give the same bytes. An older simulated recording in DIR is
+ * replaced; any other non-empty directory is refused (-EEXIST). frames.csv and truth.jsonl appear
+ * under their names only when they are whole. `progress` may be NULL. Returns 0 or a negative errno
+ * with a message that names the path.
+ */
+int sim_record(const struct sim_options *options, const char *dir, double seconds,
+	       sim_progress_fn *progress, void *user, struct diag *diag);

@@ -1,0 +1,129 @@
+/*
+ * Trigger `sim`: the pulses that the simulated stage is exposed by.
+ */
+#include <errno.h>
+#include <stdlib.h>
+
+#include "base/clock.h"
+#include "sim/world.h"
+#include "sim/world_parts.h"
+
+#define UNCERTAINTY_NS (1 * NS_PER_US)
+
+struct sim_trigger {
+	struct trigger base;
+	/* set when armed */
+	bool armed;
+	int64_t middle_ns; /* from a shot's edge to its mid-exposure */
+	/* owned by the trigger thread */
+	uint64_t next_shot;
+};
+
+static int64_t later(int64_t a, int64_t b)
+{
+	return a > b ? a : b;
+}
+
+static int64_t earlier(int64_t a, int64_t b)
+{
+	return a < b ? a : b;
+}
+
+/* The middle of the time in which the sensor collects strobe light. */
+static int64_t middle_of_light_ns(const struct trigger_plan *plan)
+{
+	int64_t open_ns = plan->ir_delay_ns, shut_ns = plan->ir_delay_ns + plan->ir_exposure_ns;
+
+	if (plan->strobe_width_ns > 0) {
+		int64_t strobe_end_ns = plan->strobe_delay_ns + plan->strobe_width_ns;
+
+		open_ns = later(open_ns, plan->strobe_delay_ns);
+		shut_ns = earlier(shut_ns, strobe_end_ns);
+	}
+	return open_ns + (shut_ns - open_ns) / 2;
+}
+
+static int sim_open(struct trigger **out, const char *rest, struct diag *diag)
+{
+	struct sim_trigger *trigger;
+
+	(void)rest;
+	if (!sim_world_scene()) {
+		diag_add(diag, "trigger sim: no simulated stage is open in this program");
+		return -ENODEV;
+	}
+	trigger = calloc(1, sizeof(*trigger));
+	if (!trigger) {
+		diag_add(diag, "trigger sim: out of memory");
+		return -ENOMEM;
+	}
+	trigger->base.driver = &sim_trigger_driver;
+	*out = &trigger->base;
+	return 0;
+}
+
+static void sim_close(struct trigger *trigger)
+{
+	free(trigger);
+}
+
+static int sim_arm(struct trigger *base, const struct trigger_plan *plan, struct diag *diag)
+{
+	struct sim_trigger *trigger = (struct sim_trigger *)base;
+	int64_t period_ns = sim_scene_period_ns(sim_world_scene());
+	int64_t middle_ns = middle_of_light_ns(plan);
+
+	if (llabs(plan->period_ns - period_ns) > NS_PER_US) { /* rounding aside */
+		diag_add(diag,
+			 "trigger sim: the plan has %.6g Hz, the simulated stage runs at %.6g Hz: "
+			 "give both the same rate",
+			 plan->period_ns > 0 ? (double)NS_PER_S / (double)plan->period_ns : 0.0,
+			 (double)NS_PER_S / (double)period_ns);
+		return -EINVAL;
+	}
+	if (middle_ns < 0 || middle_ns >= period_ns) {
+		diag_add(diag,
+			 "trigger sim: the exposure's middle, %lld us after the edge, must lie "
+			 "within the period of %lld us",
+			 (long long)(middle_ns / NS_PER_US), (long long)(period_ns / NS_PER_US));
+		return -EINVAL;
+	}
+	trigger->middle_ns = middle_ns;
+	trigger->next_shot = sim_world_shot_after(clock_now_ns() + middle_ns);
+	trigger->armed = true;
+	return 0;
+}
+
+static void sim_disarm(struct trigger *trigger)
+{
+	((struct sim_trigger *)trigger)->armed = false;
+}
+
+static int sim_next(struct trigger *base, int64_t timeout_ns, struct edge *out)
+{
+	struct sim_trigger *trigger = (struct sim_trigger *)base;
+	int64_t asked_ns = clock_now_ns();
+
+	if (!trigger->armed)
+		return -ENODEV;
+	int64_t edge_ns = sim_world_mid_exposure_ns(trigger->next_shot) - trigger->middle_ns;
+
+	if (edge_ns - asked_ns > timeout_ns) {
+		clock_sleep_until(asked_ns + timeout_ns);
+		return -ETIMEDOUT;
+	}
+	clock_sleep_until(edge_ns);
+	*out = (struct edge){
+		.shot = trigger->next_shot++, .edge_ns = edge_ns, .uncertainty_ns = UNCERTAINTY_NS};
+	return 0;
+}
+
+const struct trigger_driver sim_trigger_driver = {
+	.name = "sim",
+	.reports_edges = true,
+	.open = sim_open,
+	.close = sim_close,
+	.arm = sim_arm,
+	.disarm = sim_disarm,
+	.next = sim_next,
+};

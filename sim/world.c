@@ -1,0 +1,78 @@
+/*
+ * The one scene of this process and its place on the clock.
+ */
+#include "sim/world.h"
+
+#include <errno.h>
+#include <stdatomic.h>
+
+#include "base/clock.h"
+#include "sim/cameras.h"
+#include "sim/world_parts.h"
+
+#define EPOCH_AHEAD_NS (100 * NS_PER_MS)
+
+static struct {
+	/* set while no device is open */
+	struct sim_scene *scene; /* owned; NULL while closed */
+	int64_t epoch_ns;
+	/* atomic, any thread */
+	_Atomic uint64_t late_count[SIM_CAMERA_MAX];
+} world;
+
+int sim_world_open(const struct sim_options *options, int64_t epoch_ns, struct diag *diag)
+{
+	if (world.scene) {
+		diag_add(diag, "sim: a simulated stage is open already: close it first");
+		return -EBUSY;
+	}
+	int err = sim_scene_create(&world.scene, options, diag);
+
+	if (err)
+		return err;
+	world.epoch_ns = epoch_ns ? epoch_ns : clock_now_ns() + EPOCH_AHEAD_NS;
+	for (int c = 0; c < SIM_CAMERA_MAX; c++)
+		atomic_store(&world.late_count[c], 0);
+	return 0;
+}
+
+void sim_world_close(void)
+{
+	sim_scene_destroy(world.scene);
+	world.scene = NULL;
+}
+
+const struct sim_scene *sim_world_scene(void)
+{
+	return world.scene;
+}
+
+int64_t sim_world_epoch_ns(void)
+{
+	return world.epoch_ns;
+}
+
+uint64_t sim_world_late_count(uint32_t camera)
+{
+	return camera < SIM_CAMERA_MAX ? atomic_load(&world.late_count[camera]) : 0;
+}
+
+void sim_world_count_late(uint32_t camera)
+{
+	atomic_fetch_add(&world.late_count[camera], 1);
+}
+
+int64_t sim_world_mid_exposure_ns(uint64_t shot)
+{
+	return world.epoch_ns + sim_scene_mid_exposure_ns(world.scene, shot);
+}
+
+uint64_t sim_world_shot_after(int64_t time_ns)
+{
+	int64_t first_ns = sim_world_mid_exposure_ns(0);
+	int64_t period_ns = sim_scene_period_ns(world.scene);
+
+	if (time_ns <= first_ns)
+		return 0;
+	return (uint64_t)((time_ns - first_ns + period_ns - 1) / period_ns);
+}

@@ -1,0 +1,19 @@
+/*
+ * The world as its own drivers see it.
+ */
+#pragma once
+
+#include "sim/world.h"
+
+/* How long after mid-exposure a shot's last pixel is in memory. */
+#define SIM_HALF_EXPOSURE_NS (250 * NS_PER_US)
+#define SIM_READOUT_NS (1000 * NS_PER_US)
+
+/* Any thread. */
+void sim_world_count_late(uint32_t camera);
+
+/* When shot's mid-exposure is on CLOCK_MONOTONIC. A world must be open. */
+int64_t sim_world_mid_exposure_ns(uint64_t shot);
+
+/* The first shot whose mid-exposure is not before `time_ns`. */
+uint64_t sim_world_shot_after(int64_t time_ns);
