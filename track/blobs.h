@@ -2,9 +2,9 @@
  * Finds the bright spots of an IR image and their centroids.
  *
  * Detection: threshold at background + k sigma (background and sigma measured robustly from the
- * image itself), runs, union of touching runs. Centroid: weights (I - T), then for small unsaturated
- * spots a few iterations of a Gaussian-windowed first moment. Every blob carries its sigma from the
- * noise model and flags. Integer sums: the same image gives the same bits.
+ * image itself), runs, union of touching runs. Centroid: weights (I - T), then for small
+ * unsaturated spots a few iterations of a Gaussian-windowed first moment. Every blob carries its
+ * sigma from the noise model and flags. Integer sums: the same image gives the same bits.
  */
 #pragma once
 
@@ -20,11 +20,11 @@ struct grey_image {
 };
 
 struct blob_settings {
-	double threshold_sigma;     /* detection level above the background; default 6 */
-	double threshold_min;       /* grey values; at least this far above the background; default 8 */
-	double electrons_per_grey;  /* photon noise: variance = read^2 + signal / this; default 40 */
-	int area_min_px;            /* smaller ones are hot pixels and noise; default 3 */
-	int area_max_px;            /* larger ones are lamps and windows; default 20000 */
+	double threshold_sigma; /* detection level above the background; default 6 */
+	double threshold_min;   /* grey values; at least this far above the background; default 8 */
+	double electrons_per_grey; /* photon noise: variance = read^2 + signal / this; default 40 */
+	int area_min_px;           /* smaller ones are hot pixels and noise; default 3 */
+	int area_max_px;           /* larger ones are lamps and windows; default 20000 */
 };
 
 struct blob_settings blob_settings_default(void);
