@@ -1,0 +1,290 @@
+/*
+ * The keys of the configuration file, their limits and defaults. docs/configuration.md explains
+ * them to the operator.
+ */
+#include "config/config.h"
+
+#include <errno.h>
+#include <libgen.h>
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "config/yaml.h"
+
+#define CONFIG_SIZE_MAX (1 << 20)
+#define SOCKET_NAME_MAX                                                          \
+	20 /* "/control.sock" and the like, in the 108 bytes of a socket address \
+	    */
+
+#define AT(member) offsetof(struct config, member)
+#define NUMBER(what, member, low, high, words) \
+	.kind = (what), .offset = AT(member), .min = (low), .max = (high), .unit = (words)
+
+static const char *const roles[] = {"ir", "hd", NULL};
+
+#define CAMERA_AT(member) offsetof(struct config_camera, member)
+
+static const struct yaml_key camera_keys[] = {
+	{"name", YAML_NAME, CAMERA_AT(name), true, .size = NAME_BYTES},
+	{"address", YAML_TEXT, CAMERA_AT(address), true,
+	 .size = sizeof(((struct config_camera *)0)->address)},
+	{"role", YAML_CHOICE, CAMERA_AT(role), .choices = roles},
+	{"width", YAML_INT, CAMERA_AT(wanted.width_px), .min = 32, .max = 16384, .unit = "pixels"},
+	{"height", YAML_INT, CAMERA_AT(wanted.height_px), .min = 32, .max = 16384,
+	 .unit = "pixels"},
+	{"exposure_us", YAML_MICROS, CAMERA_AT(wanted.exposure_ns), .min = 1, .max = 1e6,
+	 .unit = "microseconds"},
+	{"gain_db", YAML_DOUBLE, CAMERA_AT(wanted.gain_db), .min = 0, .max = 60,
+	 .unit = "decibels"},
+	{0},
+};
+
+enum { CAMERA_NAME, CAMERA_ADDRESS, CAMERA_KEYS_SEEN = sizeof(camera_keys) / sizeof(*camera_keys) };
+
+static const struct yaml_key blob_keys[] = {
+	{"threshold_sigma",
+	 NUMBER(YAML_DOUBLE, blobs.threshold_sigma, 1, 100, "sigma of the noise")},
+	{"threshold_min", NUMBER(YAML_DOUBLE, blobs.threshold_min, 0, 254, "grey values")},
+	{"electrons_per_grey", NUMBER(YAML_DOUBLE, blobs.electrons_per_grey, 0.01, 1e5, NULL)},
+	{"area_min_px", NUMBER(YAML_INT, blobs.area_min_px, 1, 10000, "pixels")},
+	{"area_max_px", NUMBER(YAML_INT, blobs.area_max_px, 1, 1e8, "pixels")},
+	{0},
+};
+
+static const struct yaml_key tracking_keys[] = {
+	{"match_gate_px", NUMBER(YAML_DOUBLE, tracking.match_gate_px, 0.01, 100, "pixels")},
+	{"calibration_sigma_px",
+	 NUMBER(YAML_DOUBLE, tracking.calibration_sigma_px, 0, 10, "pixels")},
+	{"range_min_m", NUMBER(YAML_DOUBLE, tracking.range_min_m, 0, 1000, "metres")},
+	{"range_max_m", NUMBER(YAML_DOUBLE, tracking.range_max_m, 0.01, 1000, "metres")},
+	{0},
+};
+
+static const struct yaml_key sim_keys[] = {
+	{"scene", YAML_TEXT, AT(sim_scene), .size = PATH_MAX},
+	{"seed", YAML_UINT64, .offset = AT(sim_seed)},
+	{"epoch_ns", YAML_INT64, .offset = AT(sim_epoch_ns)},
+	{0},
+};
+
+static void read_rate(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	const struct yaml_key rate = {"rate_hz", YAML_DOUBLE, .min = 1, .max = 1000,
+				      .unit = "hertz"};
+	struct config *config = target;
+	double rate_hz = 0;
+
+	yaml_read_scalar(yaml, value, &rate, &rate_hz);
+	if (rate_hz > 0)
+		config->plan.period_ns = llround((double)NS_PER_S / rate_hz);
+}
+
+static void read_blobs(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	const struct blob_settings *blobs = &((struct config *)target)->blobs;
+
+	yaml_read_mapping(yaml, value, blob_keys, target, NULL);
+	if (blobs->area_max_px < blobs->area_min_px)
+		yaml_complain(yaml, value->place, "blobs.area_max_px",
+			      "%d is below area_min_px, which is %d", blobs->area_max_px,
+			      blobs->area_min_px);
+}
+
+static void read_tracking(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	const struct tracker_settings *tracking = &((struct config *)target)->tracking;
+
+	yaml_read_mapping(yaml, value, tracking_keys, target, NULL);
+	if (tracking->range_max_m <= tracking->range_min_m)
+		yaml_complain(yaml, value->place, "tracking.range_max_m",
+			      "%g is not above range_min_m, which is %g", tracking->range_max_m,
+			      tracking->range_min_m);
+}
+
+static void read_sim(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	yaml_read_mapping(yaml, value, sim_keys, target, NULL);
+}
+
+/* driver:rest, with a driver of small letters and digits. */
+static void check_address(struct yaml *yaml, const struct config_camera *camera,
+			  struct yaml_place place, const char *field)
+{
+	size_t driver = strspn(camera->address, "abcdefghijklmnopqrstuvwxyz0123456789");
+
+	if (driver > 0 && camera->address[driver] == ':' && camera->address[driver + 1])
+		return;
+	yaml_complain(yaml, place, field,
+		      "'%.64s' is not driver:device, for example aravis:192.168.1.7",
+		      camera->address);
+}
+
+static void check_doubled(struct yaml *yaml, const struct config *config,
+			  const struct config_camera *camera, const struct yaml_place *places,
+			  const char *field)
+{
+	char part[YAML_FIELD_BYTES + 16];
+
+	for (uint32_t i = 0; i < config->camera_count; i++) {
+		const struct config_camera *other = &config->cameras[i];
+
+		if (*camera->name && strcmp(camera->name, other->name) == 0) {
+			snprintf(part, sizeof(part), "%s.name", field);
+			yaml_complain(yaml, places[CAMERA_NAME], part,
+				      "'%s' is already the camera of line %d", camera->name,
+				      other->line);
+		}
+		if (*camera->address && strcmp(camera->address, other->address) == 0) {
+			snprintf(part, sizeof(part), "%s.address", field);
+			yaml_complain(yaml, places[CAMERA_ADDRESS], part,
+				      "'%.64s' is already the address of the camera of line %d",
+				      camera->address, other->line);
+		}
+	}
+}
+
+static void read_camera(struct yaml *yaml, const struct yaml_value *value, struct config *config)
+{
+	struct yaml_place places[CAMERA_KEYS_SEEN];
+	struct config_camera camera = {.line = value->place.line, .column = value->place.column};
+	char part[YAML_FIELD_BYTES + 16];
+
+	if (config->camera_count == CAMERA_MAX) {
+		yaml_complain(yaml, value->place, value->field, "more than %d cameras", CAMERA_MAX);
+		return;
+	}
+	memset(places, 0, sizeof(places));
+	yaml_read_mapping(yaml, value, camera_keys, &camera, places);
+	snprintf(part, sizeof(part), "%s.address", value->field);
+	if (*camera.address)
+		check_address(yaml, &camera, places[CAMERA_ADDRESS], part);
+	check_doubled(yaml, config, &camera, places, value->field);
+	camera.wanted.format = camera.role == ROLE_HD ? PIXEL_RGB8 : PIXEL_GREY8;
+	config->cameras[config->camera_count++] = camera;
+}
+
+static void read_cameras(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	struct config *config = target;
+	struct yaml_value item;
+	char field[YAML_FIELD_BYTES];
+	void *iterator = NULL;
+	int index = -1;
+
+	while (yaml_next_item(yaml, value, &iterator, &index, &item, field) && index <= CAMERA_MAX)
+		read_camera(yaml, &item, config);
+	if (index < 0 && !yaml->failed)
+		yaml_complain(yaml, value->place, value->field, "no camera in the list");
+}
+
+static const struct yaml_key keys[] = {
+	{"rig", YAML_TEXT, AT(rig_dir), true, .size = PATH_MAX},
+	{"layout", YAML_TEXT, AT(layout_path), true, .size = PATH_MAX},
+	{"cameras", YAML_CUSTOM, .required = true, .read = read_cameras},
+	{"trigger", YAML_TEXT, AT(trigger), .size = sizeof(((struct config *)0)->trigger)},
+	{"rate_hz", YAML_CUSTOM, .read = read_rate},
+	{"exposure_us", NUMBER(YAML_MICROS, plan.ir_exposure_ns, 1, 1e6, "microseconds")},
+	{"socket_dir", YAML_TEXT, AT(socket_dir), .size = PATH_MAX},
+	{"blobs", YAML_CUSTOM, .read = read_blobs},
+	{"tracking", YAML_CUSTOM, .read = read_tracking},
+	{"sim", YAML_CUSTOM, .read = read_sim},
+	{0},
+};
+
+enum { KEY_RIG, KEY_LAYOUT, KEY_EXPOSURE = 5, KEY_SOCKET_DIR, KEY_COUNT = 10 };
+
+static void set_defaults(struct config *config, const char *path)
+{
+	char copy[PATH_MAX];
+
+	memset(config, 0, sizeof(*config));
+	snprintf(config->path, sizeof(config->path), "%s", path);
+	snprintf(copy, sizeof(copy), "%s", path);
+	snprintf(config->base_dir, sizeof(config->base_dir), "%s", dirname(copy));
+	strcpy(config->socket_dir, "/run/stage");
+	strcpy(config->trigger, "free");
+	strcpy(config->sim_scene, "talking");
+	config->blobs = blob_settings_default();
+	config->tracking = tracker_settings_default();
+	config->plan = (struct trigger_plan){
+		.period_ns = NS_PER_S / 120,
+		.ir_exposure_ns = 250 * NS_PER_US,
+		.hd_divider = 4,
+		.hd_exposure_ns = 4 * NS_PER_MS,
+	};
+}
+
+/* Makes a relative path start from the config file's directory. */
+static void resolve(struct yaml *yaml, const struct config *config, char path[PATH_MAX],
+		    struct yaml_place place, const char *field, size_t length_max)
+{
+	char joined[2 * PATH_MAX];
+
+	if (*path == '/')
+		snprintf(joined, sizeof(joined), "%s", path);
+	else
+		snprintf(joined, sizeof(joined), "%s/%s", config->base_dir, path);
+	if (strlen(joined) > length_max)
+		yaml_complain(yaml, place, field, "the path %.60s... is longer than %zu bytes",
+			      joined, length_max);
+	else
+		memcpy(path, joined, strlen(joined) + 1);
+}
+
+static void finish_plan(struct yaml *yaml, struct config *config, struct yaml_place exposure)
+{
+	struct trigger_plan *plan = &config->plan;
+
+	plan->strobe_width_ns = plan->ir_exposure_ns;
+	if (plan->hd_exposure_ns > plan->period_ns * plan->hd_divider / 2)
+		plan->hd_exposure_ns = plan->period_ns * plan->hd_divider / 2;
+	if (plan->ir_exposure_ns >= plan->period_ns)
+		yaml_complain(yaml, exposure, "exposure_us",
+			      "%.0f us does not fit between two shots, which are %.0f us apart; "
+			      "lower exposure_us or rate_hz",
+			      (double)plan->ir_exposure_ns / 1e3, (double)plan->period_ns / 1e3);
+	for (uint32_t i = 0; i < config->camera_count; i++) {
+		struct config_camera *camera = &config->cameras[i];
+
+		camera->wanted.period_ns =
+			plan->period_ns * (camera->role == ROLE_HD ? plan->hd_divider : 1);
+	}
+}
+
+static void read_config(struct yaml *yaml, struct config *config)
+{
+	struct yaml_value root = yaml_root(yaml);
+	struct yaml_place places[KEY_COUNT + 1];
+
+	memset(places, 0, sizeof(places));
+	yaml_read_mapping(yaml, &root, keys, config, places);
+	finish_plan(yaml, config, places[KEY_EXPOSURE].line ? places[KEY_EXPOSURE] : root.place);
+	resolve(yaml, config, config->rig_dir, places[KEY_RIG], "rig", PATH_MAX - NAME_BYTES - 16);
+	resolve(yaml, config, config->layout_path, places[KEY_LAYOUT], "layout", PATH_MAX - 1);
+	resolve(yaml, config, config->socket_dir, places[KEY_SOCKET_DIR], "socket_dir",
+		108 - 1 - SOCKET_NAME_MAX);
+}
+
+int config_load(struct config *config, const char *path, struct diag *diag)
+{
+	static struct config made; /* control thread only; too large for its stack */
+	struct yaml yaml;
+	int err;
+
+	if (strlen(path) >= PATH_MAX) {
+		diag_add(diag, "%.60s...: %s", path, strerror(ENAMETOOLONG));
+		return -ENAMETOOLONG;
+	}
+	err = yaml_open(&yaml, path, CONFIG_SIZE_MAX, diag);
+	if (err)
+		return err;
+	set_defaults(&made, path);
+	read_config(&yaml, &made);
+	err = yaml.failed ? -EINVAL : 0;
+	yaml_close(&yaml);
+	if (!err)
+		*config = made;
+	return err;
+}

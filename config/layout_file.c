@@ -1,0 +1,155 @@
+/*
+ * The keys of a layout file and what makes a set of markers usable.
+ */
+#include "config/layout_file.h"
+
+#include <errno.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "config/yaml.h"
+
+#define LAYOUT_SIZE_MAX (1 << 20)
+#define MARKERS_MIN 4   /* a rigid pose needs three; one may be hidden */
+#define REACH_MAX_M 1.0 /* of a marker from the head's origin */
+#define APART_MIN_M 0.0005
+#define DIAMETER_M 0.0015 /* what faces usually wear */
+
+/* What is read into: the layout, and where each marker stands. */
+struct reading {
+	struct layout layout;
+	struct yaml_place names[LABEL_MAX];
+	struct yaml_place neutrals[LABEL_MAX];
+};
+
+static const struct yaml_key coordinate = {"neutral_m", YAML_DOUBLE, .min = -1e6, .max = 1e6,
+					   .unit = "metres"};
+
+static void read_neutral(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	struct layout_marker *marker = target;
+	struct yaml_value item;
+	char field[YAML_FIELD_BYTES];
+	void *iterator = NULL;
+	double numbers[3] = {0, 0, 0};
+	int index = -1;
+
+	while (yaml_next_item(yaml, value, &iterator, &index, &item, field))
+		if (index < 3)
+			yaml_read_scalar(yaml, &item, &coordinate, &numbers[index]);
+	if (!fy_node_is_sequence(value->node))
+		return;
+	if (index != 2) {
+		yaml_complain(yaml, value->place, value->field,
+			      "expected 3 numbers [x, y, z] in metres, found %d", index + 1);
+		return;
+	}
+	marker->neutral_m = (struct vec3){numbers[0], numbers[1], numbers[2]};
+	if (vec3_norm(marker->neutral_m) > REACH_MAX_M)
+		yaml_complain(yaml, value->place, value->field,
+			      "%.4g m away from the head; coordinates are in metres, are these "
+			      "millimetres?",
+			      vec3_norm(marker->neutral_m));
+}
+
+#define AT(member) offsetof(struct layout_marker, member)
+
+static const struct yaml_key marker_keys[] = {
+	{"name", YAML_NAME, AT(name), true, .size = NAME_BYTES},
+	{"neutral_m", YAML_CUSTOM, .required = true, .read = read_neutral},
+	{"group", YAML_NAME, AT(group), .size = NAME_BYTES},
+	{"rigid", YAML_BOOL, .offset = AT(rigid)},
+	{"diameter_m", YAML_DOUBLE, AT(diameter_m), .min = 0.0002, .max = 0.1, .unit = "metres"},
+	{0},
+};
+
+enum { MARKER_NAME, MARKER_NEUTRAL, MARKER_KEY_COUNT = 5 };
+
+/* Compares marker `index` with those before it. */
+static void check_alone(struct yaml *yaml, const struct reading *r, uint32_t index)
+{
+	const struct layout_marker *marker = &r->layout.markers[index];
+	char field[YAML_FIELD_BYTES];
+
+	for (uint32_t i = 0; i < index; i++) {
+		const struct layout_marker *other = &r->layout.markers[i];
+
+		if (r->names[i].line && strcmp(marker->name, other->name) == 0 && *marker->name) {
+			snprintf(field, sizeof(field), "markers[%u].name", index);
+			yaml_complain(yaml, r->names[index], field,
+				      "'%s' is already the name of the marker in line %d",
+				      marker->name, r->names[i].line);
+		}
+		if (r->neutrals[index].line && r->neutrals[i].line &&
+		    vec3_distance(marker->neutral_m, other->neutral_m) < APART_MIN_M) {
+			snprintf(field, sizeof(field), "markers[%u].neutral_m", index);
+			yaml_complain(yaml, r->neutrals[index], field,
+				      "less than 0.5 mm from marker '%s' in line %d", other->name,
+				      r->neutrals[i].line);
+		}
+	}
+}
+
+static void read_marker(struct yaml *yaml, const struct yaml_value *value, struct reading *r)
+{
+	uint32_t index = r->layout.marker_count;
+	struct yaml_place places[MARKER_KEY_COUNT + 1];
+	bool failed_before = yaml->failed;
+
+	memset(places, 0, sizeof(places));
+	r->layout.markers[index] = (struct layout_marker){.diameter_m = DIAMETER_M};
+	yaml->failed = false;
+	yaml_read_mapping(yaml, value, marker_keys, &r->layout.markers[index], places);
+	r->names[index] = places[MARKER_NAME];
+	if (!yaml->failed) /* else the place may not be what the file meant */
+		r->neutrals[index] = places[MARKER_NEUTRAL];
+	yaml->failed |= failed_before;
+	check_alone(yaml, r, index);
+	r->layout.marker_count++;
+}
+
+static void read_markers(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	struct reading *r = target;
+	struct yaml_value item;
+	char field[YAML_FIELD_BYTES];
+	void *iterator = NULL;
+	int index = -1;
+
+	while (yaml_next_item(yaml, value, &iterator, &index, &item, field)) {
+		if (index == LABEL_MAX) {
+			yaml_complain(yaml, item.place, item.field, "more than %d markers",
+				      LABEL_MAX);
+			return;
+		}
+		read_marker(yaml, &item, r);
+	}
+	if (fy_node_is_sequence(value->node) && index + 1 < MARKERS_MIN)
+		yaml_complain(yaml, value->place, value->field,
+			      "%d markers, but a head needs at least %d", index + 1, MARKERS_MIN);
+}
+
+static const struct yaml_key keys[] = {
+	{"markers", YAML_CUSTOM, .required = true, .read = read_markers},
+	{"actor", YAML_NAME, offsetof(struct reading, layout.actor), .size = NAME_BYTES},
+	{0},
+};
+
+int layout_load(struct layout *layout, const char *path, struct diag *diag)
+{
+	static struct reading reading; /* control thread only; too large for its stack */
+	struct yaml yaml;
+	int err = yaml_open(&yaml, path, LAYOUT_SIZE_MAX, diag);
+
+	if (err)
+		return err;
+	struct yaml_value root = yaml_root(&yaml);
+
+	memset(&reading, 0, sizeof(reading));
+	yaml_read_mapping(&yaml, &root, keys, &reading, NULL);
+	err = yaml.failed ? -EINVAL : 0;
+	yaml_close(&yaml);
+	if (!err)
+		*layout = reading.layout;
+	return err;
+}

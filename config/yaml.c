@@ -1,0 +1,312 @@
+/*
+ * Mappings, sequences and messages on top of libfyaml; yaml_scalar.c reads the values.
+ */
+#include "config/yaml.h"
+
+#include <errno.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+
+/* The library would write to standard error itself; its messages are collected instead. */
+static void drop_output(struct fy_diag *diag, void *user, const char *text, size_t size)
+{
+	(void)diag;
+	(void)user;
+	(void)text;
+	(void)size;
+}
+
+void yaml_complain(struct yaml *yaml, struct yaml_place place, const char *field,
+		   const char *format, ...)
+{
+	char what[1024];
+	va_list args;
+	int used = snprintf(what, sizeof(what), "%s%s", field, *field ? ": " : "");
+
+	va_start(args, format);
+	vsnprintf(what + used, sizeof(what) - (size_t)used, format, args);
+	va_end(args);
+	/* the file's own text is in it: keep it one line, and off the terminal's controls */
+	for (char *c = what; *c; c++)
+		if ((unsigned char)*c < 0x20 || *c == 0x7f)
+			*c = '?';
+	yaml->failed = true;
+	diag_add(yaml->diag, "%s:%d:%d: %s", yaml->path, place.line, place.column, what);
+}
+
+static int create_parser(struct yaml *yaml)
+{
+	struct fy_diag_cfg diag_cfg;
+	struct fy_parse_cfg cfg = {.flags = FYPCF_ALLOW_DUPLICATE_KEYS |
+					    FYPCF_DISABLE_ACCELERATORS | FYPCF_JSON_NONE};
+
+	fy_diag_cfg_default(&diag_cfg);
+	diag_cfg.fp = NULL;
+	diag_cfg.output_fn = drop_output;
+	diag_cfg.colorize = false;
+	yaml->parse_errors = fy_diag_create(&diag_cfg);
+	if (!yaml->parse_errors)
+		return -ENOMEM;
+	fy_diag_set_collect_errors(yaml->parse_errors, true);
+	cfg.diag = yaml->parse_errors;
+	yaml->parser = fy_parser_create(&cfg);
+	return yaml->parser ? 0 : -ENOMEM;
+}
+
+/* True if the parser had something to say. */
+static bool report_parse_errors(struct yaml *yaml)
+{
+	void *iterator = NULL;
+	struct fy_diag_error *error;
+	bool any = false;
+
+	while ((error = fy_diag_errors_iterate(yaml->parse_errors, &iterator))) {
+		yaml_complain(yaml, (struct yaml_place){error->line, error->column}, "",
+			      "not YAML: %s", error->msg);
+		any = true;
+	}
+	return any;
+}
+
+static int parse(struct yaml *yaml, size_t size)
+{
+	if (strlen(yaml->text) != size) {
+		yaml_complain(yaml, (struct yaml_place){1, 1}, "", "not YAML: a NUL byte in it");
+		return -EINVAL;
+	}
+	if (fy_parser_set_string(yaml->parser, yaml->text, size))
+		return -ENOMEM;
+	yaml->document = fy_parse_load_document(yaml->parser);
+	if (report_parse_errors(yaml))
+		return -EINVAL;
+	if (!yaml->document || !fy_document_root(yaml->document)) {
+		yaml_complain(yaml, (struct yaml_place){1, 1}, "", "the file is empty");
+		return -EINVAL;
+	}
+
+	struct fy_document *second = fy_parse_load_document(yaml->parser);
+
+	if (second) {
+		fy_parse_document_destroy(yaml->parser, second);
+		yaml_complain(yaml, (struct yaml_place){1, 1}, "",
+			      "more than one document (---) in the file");
+	}
+	return report_parse_errors(yaml) || yaml->failed ? -EINVAL : 0;
+}
+
+int yaml_open(struct yaml *yaml, const char *path, size_t size_max, struct diag *diag)
+{
+	struct yaml made = {.path = path, .diag = diag};
+	size_t size = 0;
+	int err = file_read(&made.text, &size, path, size_max, diag);
+
+	if (err)
+		return err;
+	err = create_parser(&made);
+	if (!err)
+		err = parse(&made, size);
+	if (err == -ENOMEM)
+		diag_add(diag, "%s: %s", path, strerror(ENOMEM));
+	if (err) {
+		yaml_close(&made);
+		return err;
+	}
+	*yaml = made;
+	return 0;
+}
+
+void yaml_close(struct yaml *yaml)
+{
+	if (yaml->document)
+		fy_parse_document_destroy(yaml->parser, yaml->document);
+	if (yaml->parser)
+		fy_parser_destroy(yaml->parser);
+	if (yaml->parse_errors)
+		fy_diag_destroy(yaml->parse_errors);
+	free(yaml->text);
+	memset(yaml, 0, sizeof(*yaml));
+}
+
+/* Where the node stands, or `otherwise` when it has no text of its own. */
+static struct yaml_place place_of(struct fy_node *node, struct yaml_place otherwise)
+{
+	while (node && !fy_node_is_scalar(node))
+		if (fy_node_is_sequence(node)) {
+			node = fy_node_sequence_get_by_index(node, 0);
+		} else {
+			struct fy_node_pair *pair = fy_node_mapping_get_by_index(node, 0);
+
+			node = pair ? fy_node_pair_key(pair) : NULL;
+		}
+
+	struct fy_token *token = node ? fy_node_get_scalar_token(node) : NULL;
+	const struct fy_mark *mark = token ? fy_token_start_mark(token) : NULL;
+
+	return mark ? (struct yaml_place){mark->line + 1, mark->column + 1} : otherwise;
+}
+
+struct yaml_value yaml_root(const struct yaml *yaml)
+{
+	struct fy_node *root = fy_document_root(yaml->document);
+
+	return (struct yaml_value){root, "", place_of(root, (struct yaml_place){1, 1})};
+}
+
+/* Levenshtein's distance, up to 31 characters a word. */
+static int edit_distance(const char *a, size_t a_length, const char *b)
+{
+	int row[32], b_length = (int)strlen(b);
+
+	if (a_length > 31 || b_length > 31)
+		return 99;
+	for (int j = 0; j <= b_length; j++)
+		row[j] = j;
+	for (int i = 1; i <= (int)a_length; i++) {
+		int diagonal = row[0];
+
+		row[0] = i;
+		for (int j = 1; j <= b_length; j++) {
+			int change = diagonal + (a[i - 1] != b[j - 1]);
+			int other = 1 + (row[j] < row[j - 1] ? row[j] : row[j - 1]);
+
+			diagonal = row[j];
+			row[j] = change < other ? change : other;
+		}
+	}
+	return row[b_length];
+}
+
+static void complain_unknown(struct yaml *yaml, struct yaml_place place, const char *field,
+			     const char *text, size_t length, const struct yaml_key *keys)
+{
+	const char *nearest = NULL;
+	int least = 4;
+	char known[512] = "";
+
+	if (yaml->diag && yaml->diag->count > DIAG_MAX) { /* a file of nonsense: only count */
+		yaml_complain(yaml, place, field, "unknown key");
+		return;
+	}
+	for (const struct yaml_key *key = keys; key->name; key++) {
+		int distance = edit_distance(text, length, key->name);
+		size_t used = strlen(known);
+
+		snprintf(known + used, sizeof(known) - used, "%s%s", used ? ", " : "", key->name);
+		if (distance < least && distance < (int)strlen(key->name)) {
+			least = distance;
+			nearest = key->name;
+		}
+	}
+	if (nearest)
+		yaml_complain(yaml, place, field, "unknown key; did you mean '%s'?", nearest);
+	else
+		yaml_complain(yaml, place, field, "unknown key; known here: %s", known);
+}
+
+static void read_value(struct yaml *yaml, const struct yaml_value *value,
+		       const struct yaml_key *key, void *target)
+{
+	if (value->node && fy_node_is_alias(value->node))
+		yaml_complain(yaml, value->place, value->field,
+			      "aliases (*) are not read here; write the value out");
+	else if (key->kind == YAML_CUSTOM)
+		key->read(yaml, value, target);
+	else
+		yaml_read_scalar(yaml, value, key, (char *)target + key->offset);
+}
+
+static const struct yaml_key *find_key(const struct yaml_key *keys, const char *text, size_t length)
+{
+	for (const struct yaml_key *key = keys; key->name; key++)
+		if (strlen(key->name) == length && memcmp(key->name, text, length) == 0)
+			return key;
+	return NULL;
+}
+
+static void join_field(char field[YAML_FIELD_BYTES], const char *prefix, const char *name,
+		       size_t length)
+{
+	snprintf(field, YAML_FIELD_BYTES, "%s%s%.*s", prefix, *prefix ? "." : "",
+		 length < 40 ? (int)length : 40, name);
+}
+
+static void read_pair(struct yaml *yaml, const struct yaml_value *mapping,
+		      struct fy_node_pair *pair, const struct yaml_key *keys, void *target,
+		      struct yaml_place *places)
+{
+	struct fy_node *key_node = fy_node_pair_key(pair), *node = fy_node_pair_value(pair);
+	struct yaml_place place = place_of(key_node, mapping->place);
+	char field[YAML_FIELD_BYTES];
+	size_t length = 0;
+	const char *text = NULL;
+
+	if (key_node && fy_node_is_scalar(key_node) && !fy_node_is_alias(key_node))
+		text = fy_node_get_scalar(key_node, &length);
+	if (!text) {
+		yaml_complain(yaml, place, mapping->field, "a key must be a plain word");
+		return;
+	}
+	join_field(field, mapping->field, text, length);
+
+	const struct yaml_key *key = find_key(keys, text, length);
+
+	if (!key) {
+		complain_unknown(yaml, place, field, text, length, keys);
+		return;
+	}
+	struct yaml_place *first = &places[key - keys];
+	if (first->line) {
+		yaml_complain(yaml, place, field, "given twice, first in line %d", first->line);
+		return;
+	}
+	struct yaml_value value = {node, field, place_of(node, place)};
+	*first = value.place;
+	read_value(yaml, &value, key, target);
+}
+
+#define KEYS_MAX 32 /* of one table */
+
+void yaml_read_mapping(struct yaml *yaml, const struct yaml_value *value,
+		       const struct yaml_key *keys, void *target, struct yaml_place *places)
+{
+	struct yaml_place own[KEYS_MAX] = {{0}};
+	struct fy_node_pair *pair;
+	void *iterator = NULL;
+
+	if (!value->node || !fy_node_is_mapping(value->node)) {
+		yaml_complain(yaml, value->place, value->field,
+			      "expected 'key: value' lines, beginning with %s", keys[0].name);
+		return;
+	}
+	while ((pair = fy_node_mapping_iterate(value->node, &iterator)))
+		read_pair(yaml, value, pair, keys, target, own);
+	for (int i = 0; keys[i].name; i++) {
+		char field[YAML_FIELD_BYTES];
+
+		join_field(field, value->field, keys[i].name, strlen(keys[i].name));
+		if (keys[i].required && !own[i].line)
+			yaml_complain(yaml, value->place, field, "missing");
+		if (places)
+			places[i] = own[i];
+	}
+}
+
+bool yaml_next_item(struct yaml *yaml, const struct yaml_value *sequence, void **iterator,
+		    int *index, struct yaml_value *item, char field[YAML_FIELD_BYTES])
+{
+	if (!sequence->node || !fy_node_is_sequence(sequence->node)) {
+		yaml_complain(yaml, sequence->place, sequence->field, "expected a list");
+		return false;
+	}
+
+	struct fy_node *node = fy_node_sequence_iterate(sequence->node, iterator);
+
+	if (!node)
+		return false;
+	snprintf(field, YAML_FIELD_BYTES, "%s[%d]", sequence->field, ++*index);
+	*item = (struct yaml_value){node, field, place_of(node, sequence->place)};
+	return true;
+}
