@@ -145,7 +145,13 @@ static struct yaml_place place_of(struct fy_node *node, struct yaml_place otherw
 	struct fy_token *token = node ? fy_node_get_scalar_token(node) : NULL;
 	const struct fy_mark *mark = token ? fy_token_start_mark(token) : NULL;
 
-	return mark ? (struct yaml_place){mark->line + 1, mark->column + 1} : otherwise;
+	if (!mark)
+		return otherwise;
+	/* the mark stands behind a quote or an asterisk */
+	bool marked = fy_node_get_style(node) == FYNS_ALIAS ||
+		      fy_node_get_style(node) == FYNS_SINGLE_QUOTED ||
+		      fy_node_get_style(node) == FYNS_DOUBLE_QUOTED;
+	return (struct yaml_place){mark->line + 1, mark->column + !marked};
 }
 
 struct yaml_value yaml_root(const struct yaml *yaml)

@@ -1,0 +1,170 @@
+/*
+ * Layout files: short ones work, and what would mislead the tracker is refused by line.
+ */
+#include "config/layout_file.h"
+
+#include <errno.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#define FOUR                                       \
+	"markers:\n"                               \
+	"- {name: a, neutral_m: [0, 0, 0.1]}\n"    \
+	"- {name: b, neutral_m: [0.01, 0, 0.1]}\n" \
+	"- {name: c, neutral_m: [0, 0.02, 0.1]}\n" \
+	"- {name: d, neutral_m: [0.03, 0.03, 0.1], group: band, rigid: true, diameter_m: 0.003}\n"
+
+static char path[] = "/tmp/config_layoutXXXXXX";
+static struct layout layout;
+
+static int load(const char *text, struct diag *diag)
+{
+	FILE *file = fopen(path, "w");
+
+	assert_non_null(file);
+	fputs(text, file);
+	fclose(file);
+	return layout_load(&layout, path, diag);
+}
+
+/* Every line of `messages` without the path before it. */
+static void expect_messages(const char *text, const char *messages)
+{
+	struct diag diag = {0};
+	char found[4096] = "", *line, *rest;
+
+	assert_int_equal(load(text, &diag), -EINVAL);
+	assert_non_null(diag.text);
+	for (line = strtok_r(diag.text, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
+		assert_memory_equal(line, path, strlen(path));
+		strcat(strcat(found, line + strlen(path) + 1), "\n");
+	}
+	assert_string_equal(found, messages);
+	diag_finish(&diag);
+}
+
+static void a_name_and_a_place_are_enough(void **state)
+{
+	struct diag diag = {0};
+
+	(void)state;
+	assert_int_equal(load(FOUR, &diag), 0);
+	assert_null(diag.text);
+	assert_string_equal(layout.actor, "");
+	assert_int_equal(layout.marker_count, 4);
+	assert_string_equal(layout.markers[1].name, "b");
+	assert_string_equal(layout.markers[1].group, "");
+	assert_false(layout.markers[1].rigid);
+	assert_true(layout.markers[1].diameter_m == 0.0015);
+	assert_true(layout.markers[1].neutral_m.x == 0.01 && layout.markers[1].neutral_m.z == 0.1);
+	assert_string_equal(layout.markers[3].group, "band");
+	assert_true(layout.markers[3].rigid);
+	assert_true(layout.markers[3].diameter_m == 0.003);
+	assert_int_equal(load(FOUR "actor: anna\n", &diag), 0);
+	assert_string_equal(layout.actor, "anna");
+}
+
+static void a_doubled_name_names_both_lines(void **state)
+{
+	(void)state;
+	expect_messages(FOUR "- {name: b, neutral_m: [0.05, 0, 0]}\n",
+			"6:10: markers[4].name: 'b' is already the name of the marker in line 3\n");
+}
+
+static void a_place_that_is_taken_is_refused(void **state)
+{
+	(void)state;
+	expect_messages(FOUR "- {name: e, neutral_m: [0.0104, 0, 0.1]}\n",
+			"6:25: markers[4].neutral_m: less than 0.5 mm from marker 'b' in line 3\n");
+	assert_int_equal(load(FOUR "- {name: e, neutral_m: [0.0106, 0, 0.1]}\n", NULL), 0);
+}
+
+static void places_that_cannot_be_are_refused(void **state)
+{
+	(void)state;
+	expect_messages(
+		FOUR "- {name: e, neutral_m: [30, -12.5, 101]}\n",
+		"6:25: markers[4].neutral_m: 106.1 m away from the head; coordinates are in "
+		"metres, are these millimetres?\n");
+	expect_messages(FOUR "- {name: e, neutral_m: [0.03, 0.2]}\n",
+			"6:25: markers[4].neutral_m: expected 3 numbers [x, y, z] in metres, found "
+			"2\n");
+	expect_messages(FOUR "- {name: e, neutral_m: [0.03, 0.2, 0, 1]}\n",
+			"6:25: markers[4].neutral_m: expected 3 numbers [x, y, z] in metres, found "
+			"4\n");
+	expect_messages(
+		FOUR "- {name: e, neutral_m: [0.03, .nan, 3mm]}\n",
+		"6:31: markers[4].neutral_m[1]: '.nan' is not a number from -1000000 to "
+		"1000000 (metres)\n"
+		"6:37: markers[4].neutral_m[2]: '3mm' is not a number, expected a number from "
+		"-1000000 to 1000000 (metres) without a unit behind it\n");
+	expect_messages(FOUR "- {name: e, neutral_m: 0.5}\n",
+			"6:24: markers[4].neutral_m: expected a list\n");
+}
+
+static void missing_and_unknown_keys_are_refused(void **state)
+{
+	(void)state;
+	expect_messages(FOUR "- {neutral_m: [0.5, 0, 0], colour: red}\n",
+			"6:28: markers[4].colour: unknown key; known here: name, neutral_m, group, "
+			"rigid, diameter_m\n"
+			"6:4: markers[4].name: missing\n");
+	expect_messages(FOUR "- {name: e, rigid: yes}\n",
+			"6:20: markers[4].rigid: 'yes' is neither true nor false\n"
+			"6:4: markers[4].neutral_m: missing\n");
+	expect_messages(
+		FOUR "- {name: e e, neutral_m: [0.5, 0, 0], diameter_m: 1.5}\n",
+		"6:10: markers[4].name: 'e e' may have only the letters A-Z and a-z, digits, _ "
+		"and -\n"
+		"6:51: markers[4].diameter_m: 1.5 is out of range, expected a number from "
+		"0.0002 to 0.1 (metres)\n");
+	expect_messages("actor: a\n", "1:1: markers: missing\n");
+}
+
+static void too_few_and_too_many_markers_are_refused(void **state)
+{
+	char text[32768] = "markers:\n";
+
+	(void)state;
+	expect_messages("markers:\n- {name: a, neutral_m: [0, 0, 0.1]}\n",
+			"2:4: markers: 1 markers, but a head needs at least 4\n");
+	expect_messages("markers: []\n", "1:1: markers: 0 markers, but a head needs at least 4\n");
+	for (int i = 0; i < LABEL_MAX + 2; i++)
+		sprintf(text + strlen(text), "- {name: m%d, neutral_m: [0.%03d, 0, 0]}\n", i, i);
+	expect_messages(text, "258:4: markers[256]: more than 256 markers\n");
+}
+
+static int make_file(void **state)
+{
+	(void)state;
+	int fd = mkstemp(path);
+
+	return fd < 0 ? -1 : close(fd);
+}
+
+static int remove_file(void **state)
+{
+	(void)state;
+	return unlink(path);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_name_and_a_place_are_enough),
+		cmocka_unit_test(a_doubled_name_names_both_lines),
+		cmocka_unit_test(a_place_that_is_taken_is_refused),
+		cmocka_unit_test(places_that_cannot_be_are_refused),
+		cmocka_unit_test(missing_and_unknown_keys_are_refused),
+		cmocka_unit_test(too_few_and_too_many_markers_are_refused),
+	};
+
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, make_file, remove_file);
+}
