@@ -26,7 +26,8 @@ struct frame {
 	enum pixel_format format;
 	uint64_t shot;       /* when the source numbers its shots (a recording), else UINT64_MAX */
 	uint64_t device_seq; /* the device's counter, extended to 64 bits; a gap is a lost frame */
-	int64_t mid_exposure_ns; /* CLOCK_MONOTONIC, middle of the time in which light was collected */
+	int64_t mid_exposure_ns; /* CLOCK_MONOTONIC, middle of the time in which light was collected
+				  */
 	int64_t uncertainty_ns;  /* bound on its error */
 	int64_t arrival_ns;      /* CLOCK_MONOTONIC when the last pixel was in memory */
 	int64_t row_time_ns;     /* rolling shutter: time between rows; 0 for a global shutter */
@@ -37,7 +38,7 @@ struct frame {
 struct camera_mode {
 	int width_px, height_px;
 	enum pixel_format format;
-	int64_t period_ns;   /* between frames when it runs free */
+	int64_t period_ns; /* between frames when it runs free */
 	int64_t exposure_ns;
 	double gain_db;
 	bool triggered; /* exposes on a trigger edge, not by its own clock */
@@ -63,9 +64,9 @@ struct camera_driver {
 	/* Calls `found` for every device it can see now. Returns 0 or a negative errno. */
 	int (*list)(camera_found_fn *found, void *user, struct diag *diag);
 
-	/* `rest` is the address behind the colon; paths in it are relative to `base_dir` (NULL = the
-	 * working directory). On failure: a negative errno, one message in `diag` that names the
-	 * device, the cause and the remedy, and `*out` untouched. */
+	/* `rest` is the address behind the colon; paths in it are relative to `base_dir` (NULL =
+	 * the working directory). On failure: a negative errno, one message in `diag` that names
+	 * the device, the cause and the remedy, and `*out` untouched. */
 	int (*open)(struct camera **out, const char *rest, const char *base_dir, struct diag *diag);
 	void (*close)(struct camera *camera); /* accepts NULL */
 

@@ -1,7 +1,7 @@
 /*
  * What a trigger driver is: it fires strobes and exposures by a plan and reports the edge of every
- * shot. open, arm, disarm and close run on the control thread; next runs on the trigger thread, which
- * may not allocate, lock or log.
+ * shot. open, arm, disarm and close run on the control thread; next runs on the trigger thread,
+ * which may not allocate, lock or log.
  */
 #pragma once
 
@@ -38,7 +38,8 @@ struct trigger_driver {
 	int (*open)(struct trigger **out, const char *rest, struct diag *diag);
 	void (*close)(struct trigger *trigger); /* accepts NULL */
 
-	/* Refuses (-EINVAL, with the reason) a plan that cannot be or that would overheat a strobe. */
+	/* Refuses (-EINVAL, with the reason) a plan that cannot be or that would overheat a strobe.
+	 */
 	int (*arm)(struct trigger *trigger, const struct trigger_plan *plan, struct diag *diag);
 	void (*disarm)(struct trigger *trigger); /* all lines dark when it returns */
 

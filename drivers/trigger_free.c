@@ -1,0 +1,66 @@
+/*
+ * The trigger of stages that have none: it fires nothing and reports nothing.
+ */
+#include "drivers/trigger_free.h"
+
+#include <errno.h>
+#include <stdlib.h>
+
+#include "base/clock.h"
+
+static int free_open(struct trigger **out, const char *rest, struct diag *diag)
+{
+	struct trigger *trigger;
+
+	if (*rest) {
+		diag_add(diag, "trigger free:%s: the free trigger takes no device; write free",
+			 rest);
+		return -EINVAL;
+	}
+	trigger = malloc(sizeof(*trigger));
+	if (!trigger) {
+		diag_add(diag, "trigger free: out of memory");
+		return -ENOMEM;
+	}
+	trigger->driver = &free_trigger_driver;
+	*out = trigger;
+	return 0;
+}
+
+static void free_close(struct trigger *trigger)
+{
+	free(trigger);
+}
+
+static int free_arm(struct trigger *trigger, const struct trigger_plan *plan, struct diag *diag)
+{
+	(void)trigger;
+	if (plan->period_ns > 0)
+		return 0;
+	diag_add(diag, "trigger free: the plan's period of %lld ns must be above 0",
+		 (long long)plan->period_ns);
+	return -EINVAL;
+}
+
+static void free_disarm(struct trigger *trigger)
+{
+	(void)trigger;
+}
+
+static int free_next(struct trigger *trigger, int64_t timeout_ns, struct edge *out)
+{
+	(void)trigger;
+	(void)out;
+	clock_sleep_until(clock_now_ns() + timeout_ns);
+	return -ETIMEDOUT;
+}
+
+const struct trigger_driver free_trigger_driver = {
+	.name = "free",
+	.reports_edges = false,
+	.open = free_open,
+	.close = free_close,
+	.arm = free_arm,
+	.disarm = free_disarm,
+	.next = free_next,
+};
