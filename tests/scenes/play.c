@@ -1,0 +1,153 @@
+/*
+ * Plays a scene at blob level through the tracker and prints the score; a bench for the tracker.
+ * play [scene] [seed] [seconds] [cameras] [rate_hz] [sigma_px] [merge_px] [lost_share] [strays]
+ * [start]
+ */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "config/rig.h"
+#include "sim/blob_play.h"
+#include "sim/scene.h"
+#include "tests/scenes/score.h"
+#include "track/tracker.h"
+
+struct stage {
+	struct sim_scene *scene;
+	struct rig rig;
+	struct tracker_rig tracker_rig;
+	struct tracker_scratch *scratch;
+	struct tracker_state state;
+	struct blob_set sets[CAMERA_MAX];
+};
+
+static int stage_init(struct stage *stage, const struct sim_options *options)
+{
+	char dir[] = "/tmp/stage-play-XXXXXX", rig_dir[64], command[64];
+	const char *addresses[CAMERA_MAX];
+	char names[CAMERA_MAX][NAME_BYTES];
+	struct diag diag = {0};
+
+	if (!mkdtemp(dir) || sim_scene_create(&stage->scene, options, &diag))
+		return -EINVAL;
+	uint32_t count = sim_scene_camera_count(stage->scene);
+	for (uint32_t c = 0; c < count; c++) {
+		addresses[c] = "files:none";
+		snprintf(names[c], NAME_BYTES, "%s", sim_scene_camera_name(stage->scene, c));
+	}
+	snprintf(rig_dir, sizeof(rig_dir), "%s/rig", dir);
+	int error = sim_scene_write_stage(stage->scene, dir, addresses, NULL, &diag);
+	if (!error)
+		error = rig_load(&stage->rig, rig_dir, names, count, &diag);
+	snprintf(command, sizeof(command), "rm -r %s", dir);
+	if (system(command))
+		error = -EIO;
+	diag_print(&diag, stderr);
+	diag_finish(&diag);
+	stage->tracker_rig = (struct tracker_rig){.camera_count = count,
+						  .layout = sim_scene_layout(stage->scene),
+						  .settings = tracker_settings_default()};
+	for (uint32_t c = 0; c < count; c++)
+		stage->tracker_rig.views[c] = &stage->rig.views[c];
+	tracker_state_init(&stage->state, stage->tracker_rig.layout);
+	return error ? error : tracker_scratch_create(&stage->scratch);
+}
+
+static void print_wrong(const struct stage *stage, const struct sim_truth *truth,
+			const struct marker_set *set)
+{
+	for (uint32_t i = 0; i < set->label_count; i++) {
+		const struct marker *m = &set->markers[i];
+		double e = vec3_distance(m->p_stage_m, truth->markers[i].p_stage_m);
+		int views = __builtin_popcount(truth->markers[i].visible_mask);
+
+		if (m->status >= MARKER_TWO_CAMERA && e > SCORE_NEAR_M)
+			printf("shot %lu wrong %s %.2f mm status %d cams %d truth views %d\n",
+			       (unsigned long)set->shot,
+			       sim_scene_layout(stage->scene)->markers[i].name, e * 1e3, m->status,
+			       m->camera_count, views);
+		if (m->status < MARKER_TWO_CAMERA && views >= 3)
+			printf("shot %lu unnamed %s status %d e %.2f truth views %d\n",
+			       (unsigned long)set->shot,
+			       sim_scene_layout(stage->scene)->markers[i].name, m->status, e * 1e3,
+			       views);
+	}
+}
+
+static double thread_us(void)
+{
+	struct timespec t;
+
+	clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+	return (double)t.tv_sec * 1e6 + (double)t.tv_nsec * 1e-3;
+}
+
+static int by_value(const void *a, const void *b)
+{
+	double x = *(const double *)a, y = *(const double *)b;
+
+	return (x > y) - (x < y);
+}
+
+static double argument(int argc, char **argv, int index, double other)
+{
+	return argc > index ? atof(argv[index]) : other;
+}
+
+int main(int argc, char **argv)
+{
+	static struct stage stage;
+	static struct marker_set set;
+	static struct sim_truth truth;
+	struct sim_options options = {.scene = argc > 1 ? argv[1] : "talking",
+				      .seed = (uint64_t)argument(argc, argv, 2, 1),
+				      .camera_count = (uint32_t)argument(argc, argv, 4, 8),
+				      .rate_hz = argument(argc, argv, 5, 120)};
+	struct blob_play play = {argument(argc, argv, 6, 0.03), argument(argc, argv, 7, 2.5),
+				 argument(argc, argv, 8, 0), (int)argument(argc, argv, 9, 0)};
+	uint64_t start = (uint64_t)(argument(argc, argv, 10, 0) * options.rate_hz);
+	uint64_t shots = (uint64_t)(argument(argc, argv, 3, 10) * options.rate_hz);
+	double *times_us = calloc(shots, sizeof(*times_us));
+	struct score score;
+
+	if (stage_init(&stage, &options) || !times_us)
+		return 1;
+	score_init(&score);
+	for (uint64_t n = start; n < start + shots; n++) {
+		struct shot shot = {.number = n,
+				    .mid_exposure_ns = sim_scene_mid_exposure_ns(stage.scene, n),
+				    .camera_count = stage.tracker_rig.camera_count};
+
+		sim_scene_truth(stage.scene, (double)shot.mid_exposure_ns * 1e-9, &truth);
+		for (uint32_t c = 0; c < shot.camera_count; c++) {
+			blob_play_camera(&play, stage.scene, &truth, n, c, &stage.sets[c]);
+			shot.sets[c] = &stage.sets[c];
+		}
+		double before_us = thread_us();
+		tracker_run(&stage.state, stage.scratch, &stage.tracker_rig, &shot, &set);
+		times_us[n - start] = thread_us() - before_us;
+		score_shot(&score, &truth, &set);
+		if (getenv("PLAY_VERBOSE"))
+			print_wrong(&stage, &truth, &set);
+	}
+	qsort(times_us, shots, sizeof(*times_us), by_value);
+	printf("%s seed %lu: seen3 %lu right %.3f%% unnamed %.3f%% wrong %lu two %lu/%lu stray %lu "
+	       "rms %.4f mm nees/3 %.2f pred %lu rms %.2f mm head %.3f mm (%lu of %lu) named at "
+	       "%ld; "
+	       "us p50 %.0f p99 %.0f max %.0f\n",
+	       options.scene, (unsigned long)options.seed, (unsigned long)score.seen3,
+	       100.0 * (double)score.right / (double)score.seen3,
+	       100.0 * (double)score.unnamed / (double)score.seen3, (unsigned long)score.wrong,
+	       (unsigned long)score.two_right, (unsigned long)score.two_wrong,
+	       (unsigned long)score.stray, 1e3 * sqrt(score.error2_m2 / (double)score.measured),
+	       score.nees / (double)score.measured / 3, (unsigned long)score.predicted,
+	       1e3 * sqrt(score.predicted2_m2 / (double)score.predicted),
+	       1e3 * sqrt(score.head_error2_m2 / (double)score.heads), (unsigned long)score.heads,
+	       (unsigned long)score.shots, (long)score.first_named_shot, times_us[shots / 2],
+	       times_us[shots * 99 / 100], times_us[shots - 1]);
+	free(times_us);
+	return 0;
+}
