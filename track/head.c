@@ -10,6 +10,7 @@
 #define NEAR_M 0.008    /* how far a point may be from where a marker is expected */
 #define RIGID_SIGMA_M 0.0003
 #define SKIN_SIGMA_M 0.003
+#define REST_SIGMA_MIN_M 0.0005
 #define ROBUST_RIGID_M 0.0015 /* errors beyond this lose their weight */
 #define ROBUST_SKIN_M 0.005
 #define ROUNDS 5
@@ -68,6 +69,7 @@ struct fit_pairs {
 	int count, rigid_count;
 	struct rigid_pair pairs[LABEL_MAX];
 	bool rigid[LABEL_MAX];
+	double sigma_m[LABEL_MAX];
 };
 
 /* Starting from `pose`, rounds of weighting by the error and fitting. */
@@ -78,8 +80,9 @@ static bool fit_robustly(struct fit_pairs *fit, struct pose *pose)
 	for (int round = 0; round < ROUNDS; round++) {
 		agree = 0;
 		for (int i = 0; i < fit->count; i++) {
-			double sigma_m = fit->rigid[i] ? RIGID_SIGMA_M : SKIN_SIGMA_M;
-			double scale_m = fit->rigid[i] ? ROBUST_RIGID_M : ROBUST_SKIN_M;
+			double sigma_m = fit->sigma_m[i];
+			double scale_m =
+				fmax(2 * sigma_m, fit->rigid[i] ? ROBUST_RIGID_M : ROBUST_SKIN_M);
 			/* the guess may be far off: begin wide */
 			scale_m *= round == 0 ? 6 : round == 1 ? 2 : 1;
 			double ratio = rigid_error(&fit->pairs[i], pose) / scale_m;
@@ -108,6 +111,8 @@ bool head_refine(const struct layout *layout, const struct predictions *predicti
 			if (point_of_label[i] < 0)
 				continue;
 			fit.rigid[fit.count] = layout->markers[i].rigid;
+			fit.sigma_m[fit.count] =
+				layout->markers[i].rigid ? RIGID_SIGMA_M : SKIN_SIGMA_M;
 			fit.pairs[fit.count++] =
 				(struct rigid_pair){predictions->labels[i].local_m,
 						    points[point_of_label[i]].fix.p_stage_m, 1};
@@ -119,34 +124,24 @@ bool head_refine(const struct layout *layout, const struct predictions *predicti
 	return true;
 }
 
-static int count_rigid(const struct layout *layout)
-{
-	int count = 0;
-
-	for (uint32_t i = 0; i < layout->marker_count; i++)
-		count += layout->markers[i].rigid;
-	return count;
-}
-
-static void collect_named(const struct layout *layout, const struct predictions *predictions,
+static void collect_named(const struct layout *layout, const struct tracker_state *state,
 			  const struct point *points, const int16_t *point_of_label,
 			  struct fit_pairs *fit)
 {
-	/* Without a rigid set the neutral face itself must hold the frame, or it would drift. */
-	bool has_jig = count_rigid(layout) >= 3;
-
 	for (uint32_t i = 0; i < layout->marker_count; i++)
 		fit->rigid_count += layout->markers[i].rigid && point_of_label[i] >= 0;
 	for (uint32_t i = 0; i < layout->marker_count; i++) {
 		bool rigid = layout->markers[i].rigid;
+		const struct label_state *label = &state->labels[i];
 
 		if (point_of_label[i] < 0 || (fit->rigid_count >= 3 && !rigid))
 			continue;
-		struct vec3 from = rigid || !has_jig ? layout->markers[i].neutral_m
-						     : predictions->labels[i].local_m;
 		fit->rigid[fit->count] = rigid;
+		fit->sigma_m[fit->count] =
+			rigid ? RIGID_SIGMA_M : sqrt(label->rest_variance_m2) + REST_SIGMA_MIN_M;
 		fit->pairs[fit->count++] =
-			(struct rigid_pair){from, points[point_of_label[i]].fix.p_stage_m, 1};
+			(struct rigid_pair){rigid ? layout->markers[i].neutral_m : label->rest_m,
+					    points[point_of_label[i]].fix.p_stage_m, 1};
 	}
 }
 
@@ -166,7 +161,7 @@ static double fit_residual_m(const struct fit_pairs *fit, const struct pose *pos
 	return sqrt(sum_m2 / count);
 }
 
-void head_fit(const struct layout *layout, const struct predictions *predictions,
+void head_fit(const struct layout *layout, const struct tracker_state *state,
 	      const struct point *points, const int16_t *point_of_label, const struct pose *guess,
 	      struct head *out)
 {
@@ -174,7 +169,7 @@ void head_fit(const struct layout *layout, const struct predictions *predictions
 	struct pose pose = *guess;
 
 	out->valid = 0;
-	collect_named(layout, predictions, points, point_of_label, &fit);
+	collect_named(layout, state, points, point_of_label, &fit);
 	if (fit.count < AGREE_MIN || !fit_robustly(&fit, &pose))
 		return;
 	out->valid = 1;

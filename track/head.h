@@ -19,9 +19,10 @@ struct pose head_predict(const struct head_state *head, int64_t now_ns);
 bool head_refine(const struct layout *layout, const struct predictions *predictions,
 		 const struct point *points, uint32_t point_count, struct pose *pose);
 
-/* The pose from the named points (point_of_label[i], or -1), `pose` being the guess. `out->valid`
- * says whether it could be had. */
-void head_fit(const struct layout *layout, const struct predictions *predictions,
+/* The pose from the named points (point_of_label[i], or -1), `guess` being near it: the rigid
+ * markers where three are seen, else the resting places of the skin hold it too. `out->valid` says
+ * whether it could be had. */
+void head_fit(const struct layout *layout, const struct tracker_state *state,
 	      const struct point *points, const int16_t *point_of_label, const struct pose *guess,
 	      struct head *out);
 

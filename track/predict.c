@@ -15,6 +15,8 @@
 #define SPREAD_MIN_M2 (0.0005 * 0.0005)
 #define SPREAD_RISE_S 0.05
 #define SPREAD_FALL_S 10.0
+#define REST_S 5.0
+#define REST_PRIOR_M2 (0.003 * 0.003)
 #define NEIGHBOUR_DISTANCE_MAX_M 0.06
 
 static void insert_neighbour(struct label_state *label, const double *distance_m, int16_t other)
@@ -41,6 +43,8 @@ void predict_init(struct tracker_state *state, const struct layout *layout)
 		struct label_state *label = &state->labels[i];
 
 		label->spacing_m = INFINITY;
+		label->rest_m = layout->markers[i].neutral_m;
+		label->rest_variance_m2 = REST_PRIOR_M2;
 		for (uint32_t k = 0; k < layout->marker_count; k++) {
 			distance_m[k] = vec3_distance(layout->markers[i].neutral_m,
 						      layout->markers[k].neutral_m);
@@ -191,25 +195,42 @@ void predict_from_neighbours(const struct tracker_state *state, const struct lay
 	}
 }
 
+static void learn_spread(struct label_state *label, const struct layout *layout, uint32_t i,
+			 double dt_s, const bool *seen, const struct vec3 *seen_m)
+{
+	for (int k = 0; k < label->neighbour_count; k++) {
+		int other = label->neighbours[k].label;
+
+		if (!seen[other])
+			continue;
+		struct vec3 own = vec3_sub(seen_m[i], layout->markers[i].neutral_m);
+		struct vec3 its = vec3_sub(seen_m[other], layout->markers[other].neutral_m);
+		struct vec3 apart = vec3_sub(own, its);
+		double *spread_m2 = &label->neighbours[k].spread_m2;
+		double now_m2 = fmax(vec3_dot(apart, apart), SPREAD_MIN_M2);
+		double time_s = now_m2 > *spread_m2 ? SPREAD_RISE_S : SPREAD_FALL_S;
+
+		*spread_m2 += (now_m2 - *spread_m2) * fmin(dt_s / time_s, 1);
+	}
+}
+
+static void learn_rest(struct label_state *label, double dt_s, struct vec3 seen_m)
+{
+	struct vec3 off = vec3_sub(seen_m, label->rest_m);
+	double share = fmin(dt_s / REST_S, 1);
+
+	label->rest_variance_m2 += (vec3_dot(off, off) - label->rest_variance_m2) * share;
+	label->rest_m = vec3_add(label->rest_m, vec3_scale(off, share));
+}
+
 void predict_learn(struct tracker_state *state, const struct layout *layout, double dt_s,
-		   const bool *seen, const struct vec3 *seen_m)
+		   bool anchored, const bool *seen, const struct vec3 *seen_m)
 {
 	for (uint32_t i = 0; i < layout->marker_count; i++) {
-		struct label_state *label = &state->labels[i];
-
-		for (int k = 0; seen[i] && k < label->neighbour_count; k++) {
-			int other = label->neighbours[k].label;
-
-			if (!seen[other])
-				continue;
-			struct vec3 own = vec3_sub(seen_m[i], layout->markers[i].neutral_m);
-			struct vec3 its = vec3_sub(seen_m[other], layout->markers[other].neutral_m);
-			struct vec3 apart = vec3_sub(own, its);
-			double *spread_m2 = &label->neighbours[k].spread_m2;
-			double now_m2 = fmax(vec3_dot(apart, apart), SPREAD_MIN_M2);
-			double time_s = now_m2 > *spread_m2 ? SPREAD_RISE_S : SPREAD_FALL_S;
-
-			*spread_m2 += (now_m2 - *spread_m2) * fmin(dt_s / time_s, 1);
-		}
+		if (!seen[i] || layout->markers[i].rigid)
+			continue;
+		learn_spread(&state->labels[i], layout, i, dt_s, seen, seen_m);
+		if (anchored)
+			learn_rest(&state->labels[i], dt_s, seen_m[i]);
 	}
 }

@@ -41,6 +41,7 @@ int predict_displacement(const struct label_state *label, const struct layout *l
 			 const bool *seen, const struct vec3 *seen_m, struct vec3 *displacement_m,
 			 double *sigma_m);
 
-/* Learns from one shot how alike neighbours move. */
+/* Learns from one shot how alike neighbours move and, while `anchored` (the rigid markers hold the
+ * head), where each marker rests. */
 void predict_learn(struct tracker_state *state, const struct layout *layout, double dt_s,
-		   const bool *seen, const struct vec3 *seen_m);
+		   bool anchored, const bool *seen, const struct vec3 *seen_m);

@@ -100,9 +100,26 @@ static bool find_head(struct tracker_state *state, struct tracker_scratch *scrat
 	       head_refine(layout, motion, m->points, m->point_count, head);
 }
 
+/* Nothing but its neighbours can contradict a two-camera marker, and left alone it would drift off
+ * with a wrong blob: it must stay where they tell, as it did when three cameras saw it. */
+static bool two_camera_fits(const struct tracker_state *state, const struct labelling *l,
+			    const struct layout *layout, uint32_t i, struct vec3 local_m)
+{
+	const struct label_state *label = &state->labels[i];
+	struct vec3 moved_m;
+	double sigma_m;
+
+	if (layout->markers[i].rigid)
+		return true;
+	predict_displacement(label, layout, l->seen, l->seen_m, &moved_m, &sigma_m);
+	struct vec3 told_m = vec3_add(layout->markers[i].neutral_m, moved_m);
+	return vec3_distance(vec3_add(told_m, label->offset_m), local_m) <
+	       TWO_CAMERA_MIN_M + 2.5 * sigma_m;
+}
+
 /* Labels without a point: is there one that only two cameras see? */
 static void add_two_camera(struct tracker_state *state, struct tracker_scratch *scratch,
-			   const struct pose *head)
+			   const struct layout *layout, const struct pose *head)
 {
 	struct labelling *l = &scratch->labelling;
 	struct pose back = pose_inverse(head);
@@ -117,7 +134,10 @@ static void add_two_camera(struct tracker_state *state, struct tracker_scratch *
 			fmin(fmax(TWO_CAMERA_MIN_M, 2.5 * p->sigma_m),
 			     fmin(TWO_CAMERA_MAX_M, 0.45 * state->labels[i].spacing_m))};
 		int point = match_two_cameras(&scratch->matcher, &seed);
-		if (point < 0)
+		if (point < 0 ||
+		    !two_camera_fits(
+			    state, l, layout, i,
+			    pose_apply(&back, scratch->matcher.points[point].fix.p_stage_m)))
 			continue;
 		l->point_of_label[i] = (int16_t)point;
 		l->seen[i] = true;
@@ -158,8 +178,7 @@ static bool is_strange(struct label_state *label, const struct layout *layout,
 	return label->strange_count > STRANGE_MAX;
 }
 
-static void follow(struct label_state *label, struct vec3 local_m, struct vec3 offset_m,
-		   int64_t now_ns)
+static void follow(struct label_state *label, struct vec3 local_m, int64_t now_ns)
 {
 	double dt_s = (double)(now_ns - label->seen_ns) * 1e-9;
 
@@ -167,7 +186,6 @@ static void follow(struct label_state *label, struct vec3 local_m, struct vec3 o
 	if (label->confirmed && dt_s > 0 && dt_s < 0.05)
 		label->velocity_m_s = vec3_scale(vec3_sub(local_m, label->local_m), 1 / dt_s);
 	label->local_m = local_m;
-	label->offset_m = offset_m;
 	label->seen_ns = now_ns;
 	label->confirmed = true;
 	label->steady_since_ns = 0;
@@ -193,18 +211,22 @@ static void update_label(struct tracker_state *state, struct tracker_scratch *sc
 	}
 	if (!label->confirmed && !may_confirm(state, scratch, layout, i, now_ns))
 		return;
-	predict_displacement(label, layout, l->seen, l->seen_m, &moved_m, &sigma_m);
-	struct vec3 told_m = vec3_add(layout->markers[i].neutral_m, moved_m);
-	follow(label, l->seen_m[i], vec3_sub(l->seen_m[i], told_m), now_ns);
-	scratch->matcher.points[l->point_of_label[i]].label = (int16_t)i;
+	struct point *point = &scratch->matcher.points[l->point_of_label[i]];
+	if (point->fix.used_count >= 3) {
+		predict_displacement(label, layout, l->seen, l->seen_m, &moved_m, &sigma_m);
+		struct vec3 told_m = vec3_add(layout->markers[i].neutral_m, moved_m);
+		label->offset_m = vec3_sub(l->seen_m[i], told_m);
+	}
+	follow(label, l->seen_m[i], now_ns);
+	point->label = (int16_t)i;
 }
 
 static void update_labels(struct tracker_state *state, struct tracker_scratch *scratch,
-			  const struct layout *layout, const struct pose *head, int64_t now_ns,
+			  const struct layout *layout, const struct head *measured, int64_t now_ns,
 			  double dt_s)
 {
 	struct labelling *l = &scratch->labelling;
-	struct pose back = pose_inverse(head);
+	struct pose back = pose_inverse(&measured->rt_stage_head);
 
 	for (uint32_t i = 0; i < state->label_count; i++)
 		if (l->seen[i])
@@ -212,7 +234,7 @@ static void update_labels(struct tracker_state *state, struct tracker_scratch *s
 				&back, scratch->matcher.points[l->point_of_label[i]].fix.p_stage_m);
 	for (uint32_t i = 0; i < state->label_count; i++)
 		update_label(state, scratch, layout, i, now_ns);
-	predict_learn(state, layout, dt_s, l->seen, l->seen_m);
+	predict_learn(state, layout, dt_s, measured->rigid_count >= 3, l->seen, l->seen_m);
 }
 
 static void emit_point(const struct point *point, struct marker *out)
@@ -287,12 +309,12 @@ static bool name_shot(struct tracker_state *state, struct tracker_scratch *scrat
 		     now_ns);
 	if (!head_is_plausible(scratch))
 		return false;
-	add_two_camera(state, scratch, head);
-	head_fit(layout, &l->predictions, scratch->matcher.points, l->point_of_label, head, out);
+	add_two_camera(state, scratch, layout, head);
+	head_fit(layout, state, scratch->matcher.points, l->point_of_label, head, out);
 	if (!out->valid)
 		return false;
 	*head = out->rt_stage_head;
-	update_labels(state, scratch, layout, head, now_ns, dt_s);
+	update_labels(state, scratch, layout, out, now_ns, dt_s);
 	head_update(&state->head, head, now_ns);
 	return true;
 }

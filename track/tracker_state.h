@@ -25,12 +25,17 @@ struct label_state {
 	struct neighbour neighbours[NEIGHBOUR_MAX];
 	double spacing_m; /* to the nearest other marker */
 
+	/* where it rests, head coordinates: learned while the rigid markers hold the head, so that
+	 * the skin can hold it when they are hidden */
+	struct vec3 rest_m;
+	double rest_variance_m2; /* mean square distance from there */
+
 	/* tracked, head coordinates */
 	bool confirmed;       /* the name is sure; only then is it given */
 	struct vec3 local_m;  /* where it was last seen */
 	struct vec3 filled_m; /* where the last shot had it, seen or filled in */
 	struct vec3 velocity_m_s;
-	struct vec3 offset_m; /* own displacement minus what the neighbours told, when last seen */
+	struct vec3 offset_m; /* from where the neighbours told, when three cameras last saw it */
 	int64_t seen_ns;      /* when it was last measured; 0 = never */
 	int64_t steady_since_ns; /* unconfirmed: explained without a break since; 0 = not */
 	int32_t strange_count;   /* shots in a row in which it disagreed with its neighbours */

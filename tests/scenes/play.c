@@ -77,6 +77,21 @@ static void print_wrong(const struct stage *stage, const struct sim_truth *truth
 	}
 }
 
+static void print_head(const struct sim_truth *truth, const struct marker_set *set)
+{
+	struct vec3 nose = {0, 0, 0.1};
+	int named = 0;
+
+	for (uint32_t i = 0; i < set->label_count; i++)
+		named += set->markers[i].status >= MARKER_TWO_CAMERA;
+	printf("shot %lu head valid %d rigid %d error %.2f mm residual %.2f mm named %d points "
+	       "%u\n",
+	       (unsigned long)set->shot, set->heads[0].valid, set->heads[0].rigid_count,
+	       1e3 * vec3_distance(pose_apply(&set->heads[0].rt_stage_head, nose),
+				   pose_apply(&truth->rt_stage_head, nose)),
+	       1e3 * set->heads[0].residual_m, named, set->marker_count - set->label_count);
+}
+
 static double thread_us(void)
 {
 	struct timespec t;
@@ -131,7 +146,7 @@ int main(int argc, char **argv)
 		times_us[n - start] = thread_us() - before_us;
 		score_shot(&score, &truth, &set);
 		if (getenv("PLAY_VERBOSE"))
-			print_wrong(&stage, &truth, &set);
+			print_wrong(&stage, &truth, &set), print_head(&truth, &set);
 	}
 	qsort(times_us, shots, sizeof(*times_us), by_value);
 	printf("%s seed %lu: seen3 %lu right %.3f%% unnamed %.3f%% wrong %lu two %lu/%lu stray %lu "
