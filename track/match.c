@@ -84,13 +84,13 @@ static bool in_range(const struct matcher *m, struct vec3 p, uint32_t camera_mas
 }
 
 /* Three views agree by chance more easily than four: they must agree better. */
-static bool confirmed(const struct matcher *m, const struct point *point)
+static bool confirmed(const struct matcher *m, const struct point *point, int least_views)
 {
 	double gate_px = m->settings->match_gate_px;
 
-	if (point->fix.used_count < 3)
+	if (point->fix.used_count < least_views)
 		return false;
-	return point->fix.residual_px <= (point->fix.used_count == 3 ? 0.5 * gate_px : gate_px) &&
+	return point->fix.residual_px <= (point->fix.used_count > 3 ? gate_px : 0.5 * gate_px) &&
 	       in_range(m, point->fix.p_stage_m, point->fix.used_mask);
 }
 
@@ -109,7 +109,8 @@ static bool point_near(const struct matcher *m, struct vec3 p, double radius_m, 
 	if (memcmp(blob, again, m->camera_count * sizeof(blob[0])) &&
 	    !point_from_blobs(m, again, out))
 		return false;
-	return confirmed(m, out);
+	/* where a marker was expected, two that agree may outvote a third */
+	return confirmed(m, out, 2);
 }
 
 static void add_candidate(struct matcher *m, const struct point *point)
@@ -173,7 +174,7 @@ static bool settle(const struct matcher *m, struct point *point)
 	}
 	if (!changed)
 		return true;
-	return point_from_blobs(m, blob, point) && confirmed(m, point);
+	return point_from_blobs(m, blob, point) && confirmed(m, point, 3);
 }
 
 static void claim_candidates(struct matcher *m)
@@ -245,7 +246,7 @@ static void try_pair(struct matcher *m, uint32_t ca, int blob_a, uint32_t cb, in
 		return;
 	blob[ca] = (int16_t)blob_a;
 	blob[cb] = (int16_t)blob_b;
-	if (!point_from_blobs(m, blob, &point) || !confirmed(m, &point))
+	if (!point_from_blobs(m, blob, &point) || !confirmed(m, &point, 3))
 		return;
 	if (point.fix.used_count >= SURE_VIEW_COUNT &&
 	    point.fix.residual_px < 0.25 * m->settings->match_gate_px)

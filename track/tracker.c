@@ -112,9 +112,13 @@ static bool two_camera_fits(const struct tracker_state *state, const struct labe
 	if (layout->markers[i].rigid)
 		return true;
 	predict_displacement(label, layout, l->seen, l->seen_m, &moved_m, &sigma_m);
-	struct vec3 told_m = vec3_add(layout->markers[i].neutral_m, moved_m);
-	return vec3_distance(vec3_add(told_m, label->offset_m), local_m) <
-	       TWO_CAMERA_MIN_M + 2.5 * sigma_m;
+	struct vec3 told_m =
+		vec3_add(vec3_add(layout->markers[i].neutral_m, moved_m), label->offset_m);
+	if (label->rest_variance_m2 < sigma_m * sigma_m) {
+		told_m = label->rest_m;
+		sigma_m = sqrt(label->rest_variance_m2);
+	}
+	return vec3_distance(told_m, local_m) < TWO_CAMERA_MIN_M + 2.5 * sigma_m;
 }
 
 /* Labels without a point: is there one that only two cameras see? */

@@ -10,6 +10,8 @@
 #define ITERATION_MAX 6
 #define STEP_DONE_M 1e-8
 #define OUTLIER_SIGMA 4.0   /* a view this far off, in its own sigmas, is suspected ... */
+#define THREE_VIEW_CHI2 9.0 /* per degree of freedom */
+#define WIDEN_CHI2 4.0      /* ... covariance follows the residuals beyond this */
 #define OUTLIER_MIN_PX 0.12 /* ... unless it is within what calibration leaves */
 
 /* Symmetric 3x3 as xx xy xz yy yz zz. */
@@ -173,6 +175,23 @@ static int leave_one_out(const struct sighting *sightings, int count, const stru
 	return found;
 }
 
+/* With three views every pair nearly agrees: one is dropped only when the three plainly do not fit
+ * and it is plain which. */
+static bool is_decisive(const struct fix *all, const struct fix *best, double runner_up)
+{
+	if (all->used_count > 3)
+		return best->chi2_per_dof * 1.5 < all->chi2_per_dof;
+	return all->chi2_per_dof > THREE_VIEW_CHI2 && best->chi2_per_dof * 9 < all->chi2_per_dof &&
+	       best->chi2_per_dof * 9 < runner_up;
+}
+
+/* Views that disagree by more than their sigmas say that the sigmas are too small here. */
+static void widen(struct fix *fix)
+{
+	for (int k = 0; k < 6 && fix->chi2_per_dof > WIDEN_CHI2; k++)
+		fix->cov_m2[k] *= fix->chi2_per_dof;
+}
+
 int triangulate(const struct sighting *sightings, int count, struct fix *out)
 {
 	struct fix fix;
@@ -189,14 +208,11 @@ int triangulate(const struct sighting *sightings, int count, struct fix *out)
 
 		if (leave_one_out(sightings, count, &fix, &best, &runner_up))
 			break;
-		/* With three views every pair nearly agrees: drop one only when it is plain which.
-		 */
-		double decisive = fix.used_count == 3 ? 9.0 : 1.5;
-		if (best.chi2_per_dof * decisive > fix.chi2_per_dof ||
-		    (fix.used_count == 3 && best.chi2_per_dof * decisive > runner_up))
+		if (!is_decisive(&fix, &best, runner_up))
 			break;
 		fix = best;
 	}
+	widen(&fix);
 	*out = fix;
 	return 0;
 }

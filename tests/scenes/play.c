@@ -56,6 +56,15 @@ static int stage_init(struct stage *stage, const struct sim_options *options)
 	return error ? error : tracker_scratch_create(&stage->scratch);
 }
 
+/* Cameras of a nameless point at that place, 0 when there is none. */
+static int point_near(const struct marker_set *set, struct vec3 p_stage_m)
+{
+	for (uint32_t i = set->label_count; i < set->marker_count; i++)
+		if (vec3_distance(set->markers[i].p_stage_m, p_stage_m) < SCORE_NEAR_M)
+			return set->markers[i].camera_count;
+	return 0;
+}
+
 static void print_wrong(const struct stage *stage, const struct sim_truth *truth,
 			const struct marker_set *set)
 {
@@ -70,10 +79,10 @@ static void print_wrong(const struct stage *stage, const struct sim_truth *truth
 			       sim_scene_layout(stage->scene)->markers[i].name, e * 1e3, m->status,
 			       m->camera_count, views);
 		if (m->status < MARKER_TWO_CAMERA && views >= 3)
-			printf("shot %lu unnamed %s status %d e %.2f truth views %d\n",
+			printf("shot %lu unnamed %s status %d e %.2f truth views %d, point %d\n",
 			       (unsigned long)set->shot,
 			       sim_scene_layout(stage->scene)->markers[i].name, m->status, e * 1e3,
-			       views);
+			       views, point_near(set, truth->markers[i].p_stage_m));
 	}
 }
 
