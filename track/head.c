@@ -6,10 +6,12 @@
 
 #include "track/rigid.h"
 
-#define CARRY_MAX_S 0.1 /* the head's velocity is carried on this long */
-#define NEAR_M 0.008    /* how far a point may be from where a marker is expected */
-#define RIGID_SIGMA_M 0.0003
-#define SKIN_SIGMA_M 0.003
+#define CARRY_MAX_S 0.1      /* the head's velocity is carried on this long */
+#define NEAR_M 0.008         /* how far a point may be from where a marker is expected */
+#define RIGID_SIGMA_M 0.0001 /* how stiff a jig is */
+#define SKIN_SHARED 3.0
+#define FIRST_RIGID_SIGMA_M 0.0003 /* against predictions */
+#define FIRST_SKIN_SIGMA_M 0.003
 #define REST_SIGMA_MIN_M 0.0005
 #define ROBUST_RIGID_M 0.0015 /* errors beyond this lose their weight */
 #define ROBUST_SKIN_M 0.005
@@ -112,7 +114,7 @@ bool head_refine(const struct layout *layout, const struct predictions *predicti
 				continue;
 			fit.rigid[fit.count] = layout->markers[i].rigid;
 			fit.sigma_m[fit.count] =
-				layout->markers[i].rigid ? RIGID_SIGMA_M : SKIN_SIGMA_M;
+				layout->markers[i].rigid ? FIRST_RIGID_SIGMA_M : FIRST_SKIN_SIGMA_M;
 			fit.pairs[fit.count++] =
 				(struct rigid_pair){predictions->labels[i].local_m,
 						    points[point_of_label[i]].fix.p_stage_m, 1};
@@ -134,14 +136,18 @@ static void collect_named(const struct layout *layout, const struct tracker_stat
 		bool rigid = layout->markers[i].rigid;
 		const struct label_state *label = &state->labels[i];
 
-		if (point_of_label[i] < 0 || (fit->rigid_count >= 3 && !rigid))
+		if (point_of_label[i] < 0)
 			continue;
+		const struct point *point = &points[point_of_label[i]];
+		/* Skin moves together: many markers of it are worth a few. */
+		double still_m =
+			rigid ? RIGID_SIGMA_M
+			      : SKIN_SHARED * (sqrt(label->rest_variance_m2) + REST_SIGMA_MIN_M);
 		fit->rigid[fit->count] = rigid;
-		fit->sigma_m[fit->count] =
-			rigid ? RIGID_SIGMA_M : sqrt(label->rest_variance_m2) + REST_SIGMA_MIN_M;
+		fit->sigma_m[fit->count] = hypot(still_m, fix_noise_m(&point->fix));
 		fit->pairs[fit->count++] =
 			(struct rigid_pair){rigid ? layout->markers[i].neutral_m : label->rest_m,
-					    points[point_of_label[i]].fix.p_stage_m, 1};
+					    point->fix.p_stage_m, 1};
 	}
 }
 

@@ -13,9 +13,9 @@
 #define SURE_VIEW_COUNT 4 /* such a point may claim its blobs at once */
 #define CANDIDATE_MAX (POINT_MAX * 4)
 
-static double sighting_sigma(const struct matcher *m, const struct blob *blob)
+double match_sigma_px(const struct matcher *m, const struct blob *blob)
 {
-	return hypot(blob->sigma_px, m->settings->calibration_sigma_px);
+	return sqrt((double)blob->sigma_px * blob->sigma_px + m->view_variance_px2);
 }
 
 /* A point from chosen blobs (BLOB_NONE where a camera has none). */
@@ -31,7 +31,7 @@ static bool point_from_blobs(const struct matcher *m, const int16_t blob[CAMERA_
 			continue;
 		const struct blob *b = &m->cameras[c].blobs[blob[c]];
 		sightings[count] = (struct sighting){
-			m->cameras[c].view, {b->x_px, b->y_px}, sighting_sigma(m, b)};
+			m->cameras[c].view, {b->x_px, b->y_px}, match_sigma_px(m, b)};
 		camera_of[count++] = (int)c;
 	}
 	if (count < 2 || triangulate(sightings, count, &fix))
@@ -90,7 +90,9 @@ static bool confirmed(const struct matcher *m, const struct point *point, int le
 
 	if (point->fix.used_count < least_views)
 		return false;
-	return point->fix.residual_px <= (point->fix.used_count > 3 ? gate_px : 0.5 * gate_px) &&
+	if (point->fix.used_count <= 3)
+		gate_px = fmax(0.5 * gate_px, fmin(gate_px, 4 * sqrt(m->view_variance_px2)));
+	return point->fix.residual_px <= gate_px &&
 	       in_range(m, point->fix.p_stage_m, point->fix.used_mask);
 }
 
@@ -189,9 +191,13 @@ static void claim_candidates(struct matcher *m)
 	m->candidate_count = 0;
 }
 
-void match_begin(struct matcher *m, const struct tracker_rig *rig, const struct shot *shot)
+void match_begin(struct matcher *m, const struct tracker_rig *rig, double excess_px2,
+		 const struct shot *shot)
 {
+	double calibration_px = rig->settings.calibration_sigma_px;
+
 	m->settings = &rig->settings;
+	m->view_variance_px2 = fmax(calibration_px * calibration_px, excess_px2);
 	m->camera_count = rig->camera_count;
 	m->point_count = 0;
 	m->candidate_count = 0;

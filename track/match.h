@@ -44,6 +44,7 @@ struct sight_index {
 
 struct matcher {
 	const struct tracker_settings *settings;
+	double view_variance_px2; /* added to every blob's own */
 	uint32_t camera_count;
 	struct sight_index cameras[CAMERA_MAX];
 	uint32_t point_count;
@@ -53,7 +54,11 @@ struct matcher {
 	uint16_t candidate_order[POINT_MAX * 4];
 };
 
-void match_begin(struct matcher *matcher, const struct tracker_rig *rig, const struct shot *shot);
+void match_begin(struct matcher *matcher, const struct tracker_rig *rig, double excess_px2,
+		 const struct shot *shot);
+
+/* One standard deviation of a blob as a sight of its point. */
+double match_sigma_px(const struct matcher *matcher, const struct blob *blob);
 
 /* Adds the points that at least three cameras confirm near a seed. */
 void match_seeds(struct matcher *matcher, const struct seed *seeds, int count);

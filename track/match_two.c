@@ -34,10 +34,8 @@ static bool pair_point(const struct matcher *m, uint32_t ca, int blob_a, uint32_
 	for (int i = 0; i < 2; i++) {
 		const struct blob *b = &cameras[i]->blobs[blobs[i]];
 
-		sightings[i] =
-			(struct sighting){cameras[i]->view,
-					  {b->x_px, b->y_px},
-					  hypot(b->sigma_px, m->settings->calibration_sigma_px)};
+		sightings[i] = (struct sighting){
+			cameras[i]->view, {b->x_px, b->y_px}, match_sigma_px(m, b)};
 	}
 	if (triangulate(sightings, 2, &out->fix) ||
 	    out->fix.residual_px > 0.5 * m->settings->match_gate_px)

@@ -13,9 +13,9 @@
 #define OFFSET_FADE_S 0.5   /* an own offset from the neighbours is forgotten */
 #define PRIOR_SPREAD 0.2    /* of the distance between two neighbours */
 #define SPREAD_MIN_M2 (0.0005 * 0.0005)
-#define SPREAD_RISE_S 0.05
-#define SPREAD_FALL_S 10.0
-#define REST_S 5.0
+#define RISE_S 0.05
+#define FALL_S 10.0
+#define PRIOR_S 0.3 /* what the priors are worth */
 #define REST_PRIOR_M2 (0.003 * 0.003)
 #define NEIGHBOUR_DISTANCE_MAX_M 0.06
 
@@ -152,7 +152,7 @@ static struct prediction refine_recent(const struct label_state *label,
 
 	if (neighbours_shift(label, motion, seen, seen_m, &shift_m)) {
 		own.local_m = vec3_add(own.local_m, shift_m);
-		own.sigma_m = fmax(SIGMA_MIN_M, hypot(0.0007, 0.4 * own.sigma_m));
+		own.sigma_m = SIGMA_MIN_M + label->noise_m + 0.4 * own.sigma_m;
 	}
 	return own;
 }
@@ -195,6 +195,15 @@ void predict_from_neighbours(const struct tracker_state *state, const struct lay
 	}
 }
 
+/* A mean square that rises at once and falls slowly: a face at rest for a while must not make what
+ * follows look impossible. At first the prior soon gives way. */
+static void learn_mean(double *mean_m2, double now_m2, double dt_s, double learned_s)
+{
+	double time_s = now_m2 > *mean_m2 ? RISE_S : fmin(FALL_S, PRIOR_S + learned_s);
+
+	*mean_m2 += (now_m2 - *mean_m2) * fmin(dt_s / time_s, 1);
+}
+
 static void learn_spread(struct label_state *label, const struct layout *layout, uint32_t i,
 			 double dt_s, const bool *seen, const struct vec3 *seen_m)
 {
@@ -208,18 +217,16 @@ static void learn_spread(struct label_state *label, const struct layout *layout,
 		struct vec3 apart = vec3_sub(own, its);
 		double *spread_m2 = &label->neighbours[k].spread_m2;
 		double now_m2 = fmax(vec3_dot(apart, apart), SPREAD_MIN_M2);
-		double time_s = now_m2 > *spread_m2 ? SPREAD_RISE_S : SPREAD_FALL_S;
-
-		*spread_m2 += (now_m2 - *spread_m2) * fmin(dt_s / time_s, 1);
+		learn_mean(spread_m2, now_m2, dt_s, label->learned_s);
 	}
 }
 
 static void learn_rest(struct label_state *label, double dt_s, struct vec3 seen_m)
 {
 	struct vec3 off = vec3_sub(seen_m, label->rest_m);
-	double share = fmin(dt_s / REST_S, 1);
+	double share = fmin(dt_s / fmin(FALL_S, PRIOR_S + label->learned_s), 1);
 
-	label->rest_variance_m2 += (vec3_dot(off, off) - label->rest_variance_m2) * share;
+	learn_mean(&label->rest_variance_m2, vec3_dot(off, off), dt_s, label->learned_s);
 	label->rest_m = vec3_add(label->rest_m, vec3_scale(off, share));
 }
 
@@ -229,6 +236,7 @@ void predict_learn(struct tracker_state *state, const struct layout *layout, dou
 	for (uint32_t i = 0; i < layout->marker_count; i++) {
 		if (!seen[i] || layout->markers[i].rigid)
 			continue;
+		state->labels[i].learned_s += dt_s;
 		learn_spread(&state->labels[i], layout, i, dt_s, seen, seen_m);
 		if (anchored)
 			learn_rest(&state->labels[i], dt_s, seen_m[i]);

@@ -18,6 +18,11 @@
 #define STEADY_S 0.5    /* an unclear name is given when it holds this long */
 #define STRANGE_MAX 12  /* shots in a row against the neighbours until a name is taken back */
 #define STRANGE_M 0.003 /* disagreement beyond this and a share of the spacing is strange */
+#define FOLLOW_ACCELERATION_M_S2 25.0
+#define FOLLOW_GAP_MAX_S 0.05
+#define EXCESS_MAX_PX2 (0.5 * 0.5)
+#define EXCESS_GAIN 0.1         /* per shot */
+#define EXCESS_CHI2_MAX 16.0    /* one point counts for no more */
 #define TWO_CAMERA_MIN_M 0.0015 /* how far from its prediction a two-camera marker may be */
 #define TWO_CAMERA_MAX_M 0.005
 #define NAMED_SHARE_MIN 0.2 /* fewer names than this share of the points: the head is wrong */
@@ -182,14 +187,30 @@ static bool is_strange(struct label_state *label, const struct layout *layout,
 	return label->strange_count > STRANGE_MAX;
 }
 
-static void follow(struct label_state *label, struct vec3 local_m, int64_t now_ns)
+/* Velocity is followed as far as noise allows: the gain of a filter whose velocity changes by
+ * acceleration times dt while its measurement has the noise of two places over dt. */
+static void follow_velocity(struct label_state *label, struct vec3 local_m, double noise_m,
+			    double dt_s)
+{
+	struct vec3 measured = vec3_scale(vec3_sub(local_m, label->local_m), 1 / dt_s);
+	double change_m_s = FOLLOW_ACCELERATION_M_S2 * dt_s;
+	double noise_m_s = hypot(noise_m, label->noise_m) / dt_s;
+	double gain = change_m_s / (change_m_s + noise_m_s);
+	struct vec3 off = vec3_sub(measured, label->velocity_m_s);
+
+	label->velocity_m_s = vec3_add(label->velocity_m_s, vec3_scale(off, gain));
+}
+
+static void follow(struct label_state *label, struct vec3 local_m, double noise_m, int64_t now_ns)
 {
 	double dt_s = (double)(now_ns - label->seen_ns) * 1e-9;
 
-	label->velocity_m_s = (struct vec3){0, 0, 0};
-	if (label->confirmed && dt_s > 0 && dt_s < 0.05)
-		label->velocity_m_s = vec3_scale(vec3_sub(local_m, label->local_m), 1 / dt_s);
+	if (label->confirmed && dt_s > 0 && dt_s < FOLLOW_GAP_MAX_S)
+		follow_velocity(label, local_m, noise_m, dt_s);
+	else
+		label->velocity_m_s = (struct vec3){0, 0, 0};
 	label->local_m = local_m;
+	label->noise_m = noise_m;
 	label->seen_ns = now_ns;
 	label->confirmed = true;
 	label->steady_since_ns = 0;
@@ -221,8 +242,21 @@ static void update_label(struct tracker_state *state, struct tracker_scratch *sc
 		struct vec3 told_m = vec3_add(layout->markers[i].neutral_m, moved_m);
 		label->offset_m = vec3_sub(l->seen_m[i], told_m);
 	}
-	follow(label, l->seen_m[i], now_ns);
+	follow(label, l->seen_m[i], fix_noise_m(&point->fix), now_ns);
 	point->label = (int16_t)i;
+}
+
+/* Only what three cameras saw teaches anything. */
+static void learn_motion(struct tracker_state *state, const struct tracker_scratch *scratch,
+			 const struct layout *layout, bool anchored, double dt_s)
+{
+	const struct labelling *l = &scratch->labelling;
+	bool sure[LABEL_MAX];
+
+	for (uint32_t i = 0; i < state->label_count; i++)
+		sure[i] = l->seen[i] &&
+			  scratch->matcher.points[l->point_of_label[i]].fix.used_count >= 3;
+	predict_learn(state, layout, dt_s, anchored, sure, l->seen_m);
 }
 
 static void update_labels(struct tracker_state *state, struct tracker_scratch *scratch,
@@ -238,7 +272,7 @@ static void update_labels(struct tracker_state *state, struct tracker_scratch *s
 				&back, scratch->matcher.points[l->point_of_label[i]].fix.p_stage_m);
 	for (uint32_t i = 0; i < state->label_count; i++)
 		update_label(state, scratch, layout, i, now_ns);
-	predict_learn(state, layout, dt_s, measured->rigid_count >= 3, l->seen, l->seen_m);
+	learn_motion(state, scratch, layout, measured->rigid_count >= 3, dt_s);
 }
 
 static void emit_point(const struct point *point, struct marker *out)
@@ -290,6 +324,29 @@ static void emit(struct tracker_state *state, const struct tracker_scratch *scra
 		else
 			emit_point(point, &out->markers[out->marker_count++]);
 	}
+}
+
+/* Residuals beyond what the sigmas explain are learned, and forgotten when they go. */
+static void learn_excess(struct tracker_state *state, const struct matcher *m)
+{
+	double chi2 = 0, dof = 0, residual_px2 = 0;
+
+	for (uint32_t p = 0; p < m->point_count; p++) {
+		const struct fix *fix = &m->points[p].fix;
+		double fix_dof = 2 * fix->used_count - 3;
+
+		if (fix->used_count < 3)
+			continue;
+		chi2 += fix_dof * fmin(fix->chi2_per_dof, EXCESS_CHI2_MAX);
+		dof += fix_dof;
+		residual_px2 += fix_dof * fix->residual_px * fix->residual_px;
+	}
+	if (dof < 10)
+		return;
+	double ratio = chi2 / dof, mean_px2 = residual_px2 / dof;
+	/* residual / chi2 is the mean variance now assumed */
+	state->excess_px2 += EXCESS_GAIN * (ratio - 1) * mean_px2 / fmax(ratio, 0.1);
+	state->excess_px2 = fmin(fmax(state->excess_px2, 0), EXCESS_MAX_PX2);
 }
 
 static bool head_is_plausible(const struct tracker_scratch *scratch)
@@ -344,7 +401,7 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 	out->heads[0] = (struct head){.valid = 0};
 
 	predict_motion(state, rig->layout, now_ns, &scratch->labelling.motion);
-	match_begin(&scratch->matcher, rig, shot);
+	match_begin(&scratch->matcher, rig, state->excess_px2, shot);
 	match_shot(state, scratch, &head);
 	if (find_head(state, scratch, rig->layout, &head))
 		measured =
@@ -353,5 +410,6 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 	if (!measured)
 		scratch->labelling.predictions = scratch->labelling.motion;
 	emit(state, scratch, measured || state->head.tracked ? &head : NULL, out);
+	learn_excess(state, &scratch->matcher);
 	state->mid_exposure_ns = now_ns;
 }

@@ -29,12 +29,14 @@ struct label_state {
 	 * the skin can hold it when they are hidden */
 	struct vec3 rest_m;
 	double rest_variance_m2; /* mean square distance from there */
+	double learned_s;        /* how long this one has been watched */
 
 	/* tracked, head coordinates */
 	bool confirmed;       /* the name is sure; only then is it given */
 	struct vec3 local_m;  /* where it was last seen */
 	struct vec3 filled_m; /* where the last shot had it, seen or filled in */
 	struct vec3 velocity_m_s;
+	double noise_m;       /* of that place, per axis, as triangulated */
 	struct vec3 offset_m; /* from where the neighbours told, when three cameras last saw it */
 	int64_t seen_ns;      /* when it was last measured; 0 = never */
 	int64_t steady_since_ns; /* unconfirmed: explained without a break since; 0 = not */
@@ -53,6 +55,9 @@ struct head_state {
 struct tracker_state {
 	int64_t mid_exposure_ns; /* of the last shot; 0 before the first */
 	int64_t period_ns;       /* last gap between shots */
+	/* What the views disagree by beyond their blobs' sigmas: calibration, mostly. Learned from
+	 * the residuals, so that covariances stay true on a rig that is less good than it says. */
+	double excess_px2;
 	uint32_t label_count;
 	struct head_state head;
 	struct label_state labels[LABEL_MAX];

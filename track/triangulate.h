@@ -27,6 +27,12 @@ struct fix {
 	int used_count;
 };
 
+/* One standard deviation per axis, averaged over the axes. */
+static inline double fix_noise_m(const struct fix *fix)
+{
+	return sqrt((fix->cov_m2[0] + fix->cov_m2[3] + fix->cov_m2[5]) / 3);
+}
+
 /* Closest point to all rays (least squares in space): where Gauss-Newton starts. Returns -EDOM when
  * the rays are parallel. */
 int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *out);
