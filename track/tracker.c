@@ -24,6 +24,7 @@
 #define EXCESS_GAIN 0.1         /* per shot */
 #define EXCESS_CHI2_MAX 16.0    /* one point counts for no more */
 #define TWO_CAMERA_MIN_M 0.0015 /* how far from its prediction a two-camera marker may be */
+#define NEW_VIEW_M 0.0005       /* ... and where another camera joins in */
 #define TWO_CAMERA_MAX_M 0.005
 #define NAMED_SHARE_MIN 0.2 /* fewer names than this share of the points: the head is wrong */
 
@@ -108,7 +109,8 @@ static bool find_head(struct tracker_state *state, struct tracker_scratch *scrat
 /* Nothing but its neighbours can contradict a two-camera marker, and left alone it would drift off
  * with a wrong blob: it must stay where they tell, as it did when three cameras saw it. */
 static bool two_camera_fits(const struct tracker_state *state, const struct labelling *l,
-			    const struct layout *layout, uint32_t i, struct vec3 local_m)
+			    const struct layout *layout, uint32_t i, const struct point *point,
+			    struct vec3 local_m)
 {
 	const struct label_state *label = &state->labels[i];
 	struct vec3 moved_m;
@@ -116,6 +118,11 @@ static bool two_camera_fits(const struct tracker_state *state, const struct labe
 
 	if (layout->markers[i].rigid)
 		return true;
+	/* a camera that did not see it a moment ago must not pull it aside */
+	double pull_m = vec3_distance(local_m, l->predictions.labels[i].local_m);
+	if ((point->fix.used_mask & ~label->camera_mask) &&
+	    pull_m > NEW_VIEW_M + 3 * fix_noise_m(&point->fix))
+		return false;
 	predict_displacement(label, layout, l->seen, l->seen_m, &moved_m, &sigma_m);
 	struct vec3 told_m =
 		vec3_add(vec3_add(layout->markers[i].neutral_m, moved_m), label->offset_m);
@@ -143,14 +150,15 @@ static void add_two_camera(struct tracker_state *state, struct tracker_scratch *
 			fmin(fmax(TWO_CAMERA_MIN_M, 2.5 * p->sigma_m),
 			     fmin(TWO_CAMERA_MAX_M, 0.45 * state->labels[i].spacing_m))};
 		int point = match_two_cameras(&scratch->matcher, &seed);
-		if (point < 0 ||
-		    !two_camera_fits(
-			    state, l, layout, i,
-			    pose_apply(&back, scratch->matcher.points[point].fix.p_stage_m)))
+		if (point < 0)
+			continue;
+		const struct point *found = &scratch->matcher.points[point];
+		struct vec3 local_m = pose_apply(&back, found->fix.p_stage_m);
+		if (!two_camera_fits(state, l, layout, i, found, local_m))
 			continue;
 		l->point_of_label[i] = (int16_t)point;
 		l->seen[i] = true;
-		l->seen_m[i] = pose_apply(&back, scratch->matcher.points[point].fix.p_stage_m);
+		l->seen_m[i] = local_m;
 	}
 }
 
@@ -243,6 +251,7 @@ static void update_label(struct tracker_state *state, struct tracker_scratch *sc
 		label->offset_m = vec3_sub(l->seen_m[i], told_m);
 	}
 	follow(label, l->seen_m[i], fix_noise_m(&point->fix), now_ns);
+	label->camera_mask = point->fix.used_mask;
 	point->label = (int16_t)i;
 }
 

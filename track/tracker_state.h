@@ -39,6 +39,7 @@ struct label_state {
 	double noise_m;       /* of that place, per axis, as triangulated */
 	struct vec3 offset_m; /* from where the neighbours told, when three cameras last saw it */
 	int64_t seen_ns;      /* when it was last measured; 0 = never */
+	uint32_t camera_mask; /* by which cameras */
 	int64_t steady_since_ns; /* unconfirmed: explained without a break since; 0 = not */
 	int32_t strange_count;   /* shots in a row in which it disagreed with its neighbours */
 };
