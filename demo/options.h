@@ -1,0 +1,19 @@
+/*
+ * The command line of stage-demo.
+ */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct demo_options {
+	double seconds;
+	bool json;
+	bool sim; /* cameras inside the station, instead of GigE Vision ones */
+	const char *scene;
+	uint64_t seed;
+	const char *keep_dir; /* NULL: a temporary directory, removed at the end */
+};
+
+/* Ends the program with a message when the command line is wrong, or after --help. */
+struct demo_options demo_options_parse(int argc, char **argv);

@@ -1,0 +1,35 @@
+/*
+ * What a demonstration shows: progress, a live table on a terminal, a summary for people or for
+ * programs.
+ */
+#pragma once
+
+#include <stdio.h>
+
+#include "demo/referee.h"
+
+struct demo_facts {
+	const char *mode; /* "gige" or "sim" */
+	const char *scene;
+	uint64_t seed;
+	uint32_t camera_count;
+	double rate_hz;   /* asked for */
+	double seconds;   /* judged */
+	double startup_s; /* from start to the first right label; NaN = none came */
+	bool ended_early; /* the stream ended before its time */
+};
+
+/* Clears the terminal and draws the state: the worst labels first, as many as fit. */
+void show_table(FILE *out, const struct referee *referee, const struct results *results,
+		const struct demo_facts *facts);
+
+/* The same in one line. */
+void show_line(FILE *out, const struct referee *referee, const struct results *results,
+	       const struct demo_facts *facts);
+
+void show_summary(FILE *out, const struct referee *referee, const struct results *results,
+		  const struct demo_facts *facts);
+void show_json(FILE *out, const struct referee *referee, const struct results *results,
+	       const struct demo_facts *facts);
+
+bool demo_has_passed(const struct results *results, const struct demo_facts *facts);

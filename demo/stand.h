@@ -1,0 +1,38 @@
+/*
+ * The stand that a demonstration puts up: a directory with rig, layout and config, the simulated
+ * cameras, and the station that looks at them.
+ */
+#pragma once
+
+#include <signal.h>
+
+#include "demo/children.h"
+#include "demo/options.h"
+#include "sim/scene.h"
+
+struct stand {
+	char dir[4096];
+	char socket_path[4200];
+	bool keep_dir;
+	struct sim_scene *scene; /* owned */
+	int64_t epoch_ns;        /* scene time 0 on CLOCK_MONOTONIC */
+	uint32_t camera_count;
+	double rate_hz;
+	struct child cameras; /* serves GigE Vision; not started for in-process cameras */
+	struct child station;
+};
+
+/* The directory and its files; the scene's time begins in about a second. Returns 0 or a negative
+ * errno with a message; stand_finish() is due either way. */
+int stand_init(struct stand *stand, const struct demo_options *options, struct diag *diag);
+
+/* Starts the cameras, unless they are in the station, and waits until they answer. */
+int stand_start_cameras(struct stand *stand, const struct demo_options *options, struct diag *diag,
+			const volatile sig_atomic_t *stop);
+int stand_start_station(struct stand *stand, struct diag *diag);
+
+/* Ends the children; keeps the files. */
+void stand_stop(struct stand *stand);
+
+/* stand_stop(), then removes the directory unless it is to be kept. A zeroed stand is fine. */
+void stand_finish(struct stand *stand);
