@@ -112,7 +112,8 @@ int stand_init(struct stand *stand, const struct demo_options *options, struct d
 	return write_files(stand, options, diag);
 }
 
-static int wait_for_cameras(struct stand *stand, struct diag *diag, const volatile sig_atomic_t *stop)
+static int wait_for_cameras(struct stand *stand, struct diag *diag,
+			    const volatile sig_atomic_t *stop)
 {
 	int64_t deadline_ns = clock_now_ns() + CAMERAS_PATIENCE_NS;
 

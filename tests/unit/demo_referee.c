@@ -29,7 +29,8 @@ struct game {
 static int set_up(void **state)
 {
 	struct game *g = calloc(1, sizeof(*g));
-	struct sim_options options = {.scene = "rest", .seed = 1, .camera_count = 8, .rate_hz = 120};
+	struct sim_options options = {
+		.scene = "rest", .seed = 1, .camera_count = 8, .rate_hz = 120};
 
 	assert_int_equal(sim_scene_create(&g->scene, &options, NULL), 0);
 	referee_init(&g->referee, g->scene, EPOCH_NS);
