@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "sim/canvas.h"
 #include "sim/noise.h"
 #include "sim/render.h"
 #include "sim/scene_parts.h"
@@ -29,18 +30,20 @@ static struct sim_scene *make(const char *name, uint64_t seed)
 
 static void check_spot(struct spot spot, const struct blur *blur)
 {
-	static float plane[WIDTH * WIDTH];
+	static float light[SPOT_WINDOW_MAX * SPOT_WINDOW_MAX];
 	double sum = 0, x_sum = 0, y_sum = 0;
 	double area = M_PI * fabs(spot.axes_px[0][0] * spot.axes_px[1][1] -
 				  spot.axes_px[0][1] * spot.axes_px[1][0]);
 
-	memset(plane, 0, sizeof(plane));
-	spot_add(&spot, blur, plane, WIDTH, WIDTH);
-	for (int y = 0; y < WIDTH; y++)
-		for (int x = 0; x < WIDTH; x++) {
-			sum += plane[y * WIDTH + x];
-			x_sum += x * plane[y * WIDTH + x];
-			y_sum += y * plane[y * WIDTH + x];
+	struct pixel_window w = spot_window(&spot, blur, WIDTH, WIDTH);
+	const float *pixel = light;
+
+	spot_fill(&spot, blur, &w, light);
+	for (int y = w.y0; y < w.y1; y++)
+		for (int x = w.x0; x < w.x1; x++, pixel++) {
+			sum += *pixel;
+			x_sum += x * *pixel;
+			y_sum += y * *pixel;
 		}
 	assert_true(fabs(x_sum / sum - spot.centre_px[0]) < 5e-4);
 	assert_true(fabs(y_sum / sum - spot.centre_px[1]) < 5e-4);
@@ -67,7 +70,7 @@ static void spot_lies_where_it_is_put_at_every_phase_and_size(void **state)
 static void spot_beyond_the_border_is_cut_off(void **state)
 {
 	static struct blur blur;
-	static float plane[WIDTH * WIDTH];
+	static float light[SPOT_WINDOW_MAX * SPOT_WINDOW_MAX];
 	struct spot spot = {.axes_px = {{1, 0}, {0, 1}}, .brightness = 100};
 
 	(void)state;
@@ -76,8 +79,9 @@ static void spot_beyond_the_border_is_cut_off(void **state)
 		for (double y = -40; y < WIDTH + 40; y += 3.3) {
 			spot.centre_px[0] = x;
 			spot.centre_px[1] = y;
-			struct pixel_window w = spot_add(&spot, &blur, plane, WIDTH, WIDTH);
+			struct pixel_window w = spot_window(&spot, &blur, WIDTH, WIDTH);
 
+			spot_fill(&spot, &blur, &w, light);
 			assert_true(w.x0 >= 0 && w.y0 >= 0 && w.x1 <= WIDTH && w.y1 <= WIDTH);
 		}
 }
@@ -102,19 +106,22 @@ static struct moments moments_of(const uint8_t *values, int count)
 static void noise_is_photons_readout_and_rounding(void **state)
 {
 	static uint8_t values[400000];
+	static float light[400000];
+	const size_t count = sizeof(values);
 	struct noise *noise;
 	struct rng rng;
 
 	(void)state;
 	rng_init(&rng, 1, 1);
 	assert_int_equal(noise_create(&noise, 10), 0);
-	for (int light = 0; light <= 150; light += 50) {
-		for (size_t i = 0; i < sizeof(values); i++)
-			values[i] = noise_expose(noise, &rng, (float)light);
-		struct moments m = moments_of(values, sizeof(values));
-		double expected = 4.0 + (10 + light) / 40.0 + 1.0 / 12.0;
+	for (int grey = 0; grey <= 150; grey += 50) {
+		for (size_t i = 0; i < count; i++)
+			light[i] = (float)grey;
+		noise_expose(noise, &rng, light, values, count);
+		struct moments m = moments_of(values, (int)count);
+		double expected = 4.0 + (10 + grey) / 40.0 + 1.0 / 12.0;
 
-		assert_true(fabs(m.mean - 10 - light) < 0.02);
+		assert_true(fabs(m.mean - 10 - grey) < 0.02);
 		assert_true(fabs(m.variance / expected - 1) < 0.02);
 	}
 	noise_destroy(noise);
@@ -201,6 +208,40 @@ static void same_shot_is_the_same_picture_in_any_order(void **state)
 		sim_renderer_destroy(other);
 	}
 	sim_scene_destroy(scene);
+}
+
+static void light_of_overlapping_windows_adds_up(void **state)
+{
+	struct pixel_window windows[] = {{4, 4, 10, 10}, {6, 6, 12, 12}, {8, 3, 9, 14}};
+	struct canvas canvas;
+	struct rng rng;
+	static double sum[16 * 16];
+
+	(void)state;
+	rng_init(&rng, 1, 1);
+	assert_int_equal(canvas_init(&canvas, 16, 16, 1, 10, &rng), 0);
+	for (int shot = 0; shot < 2000; shot++) {
+		canvas_clear(&canvas, &rng);
+		for (int i = 0; i < 3; i++) {
+			float *light = canvas_add_window(&canvas, windows[i]);
+
+			for (int p = 0; p < pixel_window_count(&windows[i]); p++)
+				light[p] = 20;
+		}
+		const uint8_t *image = canvas_expose(&canvas, &rng);
+
+		for (int p = 0; p < 16 * 16; p++)
+			sum[p] += image[p] / 2000.0;
+	}
+	for (int p = 0; p < 16 * 16; p++) {
+		int covering = 0;
+
+		for (int i = 0; i < 3; i++)
+			covering += p % 16 >= windows[i].x0 && p % 16 < windows[i].x1 &&
+				    p / 16 >= windows[i].y0 && p / 16 < windows[i].y1;
+		assert_true(fabs(sum[p] - 10 - 20 * covering) < 0.3);
+	}
+	canvas_finish(&canvas);
 }
 
 struct isolated {
@@ -325,6 +366,7 @@ int main(void)
 		cmocka_unit_test(fast_noise_has_the_statistics_of_full_noise),
 		cmocka_unit_test(fast_pictures_do_not_share_their_noise),
 		cmocka_unit_test(same_shot_is_the_same_picture_in_any_order),
+		cmocka_unit_test(light_of_overlapping_windows_adds_up),
 		cmocka_unit_test(rendered_spots_lie_on_the_projected_truth),
 		cmocka_unit_test(face_markers_are_bright_and_the_band_saturates),
 	};
