@@ -1,7 +1,6 @@
 /*
  * Finds a driver by the part of an address before the colon.
  */
-#include <errno.h>
 #include <string.h>
 
 #include "drivers/camera.h"
