@@ -44,6 +44,7 @@ void blob_play_camera(const struct blob_play *play, const struct sim_scene *scen
 {
 	const struct sim_camera *eye = &scene->cameras[camera];
 	struct rng rng;
+	double claimed_px = play->claimed_px > 0 ? play->claimed_px : play->sigma_px;
 
 	rng_init(&rng, scene->seed + shot * UINT64_C(0x9e3779b97f4a7c15), 128 + camera);
 	*set = (struct blob_set){.shot = shot,
@@ -60,9 +61,9 @@ void blob_play_camera(const struct blob_play *play, const struct sim_scene *scen
 		pixel[0] += play->sigma_px * rng_normal(&rng);
 		pixel[1] += play->sigma_px * rng_normal(&rng);
 		if (!join_blob(set, play->merge_px, pixel))
-			add_blob(set, pixel[0], pixel[1], play->sigma_px);
+			add_blob(set, pixel[0], pixel[1], claimed_px);
 	}
 	for (int i = 0; i < play->stray_count; i++)
 		add_blob(set, rng_uniform(&rng) * eye->width_px, rng_uniform(&rng) * eye->height_px,
-			 play->sigma_px);
+			 claimed_px);
 }

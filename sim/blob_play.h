@@ -9,7 +9,8 @@
 #include "sim/scene.h"
 
 struct blob_play {
-	double sigma_px;   /* of a blob's place; what each blob reports too */
+	double sigma_px;   /* of a blob's place */
+	double claimed_px; /* what each blob says its sigma is; 0 = the truth */
 	double merge_px;   /* spots nearer than this are one blob; 0 = never */
 	double lost_share; /* of the visible spots that are not found */
 	int stray_count;   /* bright spots per camera and shot at random places */

@@ -9,8 +9,8 @@
 
 #define ITERATION_MAX 6
 #define STEP_DONE_M 1e-8
-#define OUTLIER_SIGMA 4.0   /* a view this far off, in its own sigmas, is suspected ... */
-#define THREE_VIEW_CHI2 9.0 /* per degree of freedom */
+#define OUTLIER_SIGMA 3.5   /* a view this far off, in its own sigmas, is suspected ... */
+#define OUTLIER_CHI2 22.0   /* what dropping it must take off: two degrees of freedom, p = 2e-5 */
 #define WIDEN_CHI2 4.0      /* ... covariance follows the residuals beyond this */
 #define OUTLIER_MIN_PX 0.12 /* ... unless it is within what calibration leaves */
 
@@ -175,14 +175,17 @@ static int leave_one_out(const struct sighting *sightings, int count, const stru
 	return found;
 }
 
-/* With three views every pair nearly agrees: one is dropped only when the three plainly do not fit
- * and it is plain which. */
+static double chi2(const struct fix *fix)
+{
+	return fix->chi2_per_dof * (2 * fix->used_count - 3);
+}
+
+/* Without a good view chi2 falls by about two, seldom by ten. With three views every pair nearly
+ * agrees: there it must also be plain which one is bad. */
 static bool is_decisive(const struct fix *all, const struct fix *best, double runner_up)
 {
-	if (all->used_count > 3)
-		return best->chi2_per_dof * 1.5 < all->chi2_per_dof;
-	return all->chi2_per_dof > THREE_VIEW_CHI2 && best->chi2_per_dof * 9 < all->chi2_per_dof &&
-	       best->chi2_per_dof * 9 < runner_up;
+	return chi2(all) - chi2(best) > OUTLIER_CHI2 &&
+	       (all->used_count > 3 || best->chi2_per_dof * 9 < runner_up);
 }
 
 /* Views that disagree by more than their sigmas say that the sigmas are too small here. */

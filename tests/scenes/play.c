@@ -1,60 +1,13 @@
 /*
- * Plays a scene at blob level through the tracker and prints the score; a bench for the tracker.
- * play [scene] [seed] [seconds] [cameras] [rate_hz] [sigma_px] [merge_px] [lost_share] [strays]
- * [start]
+ * Plays a scene at blob level through the tracker and prints the score; PLAY_VERBOSE=1 says what
+ * went wrong where. scene_play [scene] [seed] [seconds] [cameras] [rate_hz] [sigma_px] [merge_px]
+ * [lost_share] [strays] [start_s]
  */
-#include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <time.h>
 
-#include "config/rig.h"
-#include "sim/blob_play.h"
-#include "sim/scene.h"
-#include "tests/scenes/score.h"
-#include "track/tracker.h"
-
-struct stage {
-	struct sim_scene *scene;
-	struct rig rig;
-	struct tracker_rig tracker_rig;
-	struct tracker_scratch *scratch;
-	struct tracker_state state;
-	struct blob_set sets[CAMERA_MAX];
-};
-
-static int stage_init(struct stage *stage, const struct sim_options *options)
-{
-	char dir[] = "/tmp/stage-play-XXXXXX", rig_dir[64], command[64];
-	const char *addresses[CAMERA_MAX];
-	char names[CAMERA_MAX][NAME_BYTES];
-	struct diag diag = {0};
-
-	if (!mkdtemp(dir) || sim_scene_create(&stage->scene, options, &diag))
-		return -EINVAL;
-	uint32_t count = sim_scene_camera_count(stage->scene);
-	for (uint32_t c = 0; c < count; c++) {
-		addresses[c] = "files:none";
-		snprintf(names[c], NAME_BYTES, "%s", sim_scene_camera_name(stage->scene, c));
-	}
-	snprintf(rig_dir, sizeof(rig_dir), "%s/rig", dir);
-	int error = sim_scene_write_stage(stage->scene, dir, addresses, NULL, &diag);
-	if (!error)
-		error = rig_load(&stage->rig, rig_dir, names, count, &diag);
-	snprintf(command, sizeof(command), "rm -r %s", dir);
-	if (system(command))
-		error = -EIO;
-	diag_print(&diag, stderr);
-	diag_finish(&diag);
-	stage->tracker_rig = (struct tracker_rig){.camera_count = count,
-						  .layout = sim_scene_layout(stage->scene),
-						  .settings = tracker_settings_default()};
-	for (uint32_t c = 0; c < count; c++)
-		stage->tracker_rig.views[c] = &stage->rig.views[c];
-	tracker_state_init(&stage->state, stage->tracker_rig.layout);
-	return error ? error : tracker_scratch_create(&stage->scratch);
-}
+#include "tests/scenes/stage.h"
 
 /* Cameras of a nameless point at that place, 0 when there is none. */
 static int point_near(const struct marker_set *set, struct vec3 p_stage_m)
@@ -101,14 +54,6 @@ static void print_head(const struct sim_truth *truth, const struct marker_set *s
 	       1e3 * set->heads[0].residual_m, named, set->marker_count - set->label_count);
 }
 
-static double thread_us(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-	return (double)t.tv_sec * 1e6 + (double)t.tv_nsec * 1e-3;
-}
-
 static int by_value(const void *a, const void *b)
 {
 	double x = *(const double *)a, y = *(const double *)b;
@@ -124,14 +69,14 @@ static double argument(int argc, char **argv, int index, double other)
 int main(int argc, char **argv)
 {
 	static struct stage stage;
-	static struct marker_set set;
-	static struct sim_truth truth;
 	struct sim_options options = {.scene = argc > 1 ? argv[1] : "talking",
 				      .seed = (uint64_t)argument(argc, argv, 2, 1),
 				      .camera_count = (uint32_t)argument(argc, argv, 4, 8),
 				      .rate_hz = argument(argc, argv, 5, 120)};
-	struct blob_play play = {argument(argc, argv, 6, 0.03), argument(argc, argv, 7, 2.5),
-				 argument(argc, argv, 8, 0), (int)argument(argc, argv, 9, 0)};
+	struct blob_play play = {.sigma_px = argument(argc, argv, 6, 0.03),
+				 .merge_px = argument(argc, argv, 7, 2.5),
+				 .lost_share = argument(argc, argv, 8, 0),
+				 .stray_count = (int)argument(argc, argv, 9, 0)};
 	uint64_t start = (uint64_t)(argument(argc, argv, 10, 0) * options.rate_hz);
 	uint64_t shots = (uint64_t)(argument(argc, argv, 3, 10) * options.rate_hz);
 	double *times_us = calloc(shots, sizeof(*times_us));
@@ -141,21 +86,12 @@ int main(int argc, char **argv)
 		return 1;
 	score_init(&score);
 	for (uint64_t n = start; n < start + shots; n++) {
-		struct shot shot = {.number = n,
-				    .mid_exposure_ns = sim_scene_mid_exposure_ns(stage.scene, n),
-				    .camera_count = stage.tracker_rig.camera_count};
-
-		sim_scene_truth(stage.scene, (double)shot.mid_exposure_ns * 1e-9, &truth);
-		for (uint32_t c = 0; c < shot.camera_count; c++) {
-			blob_play_camera(&play, stage.scene, &truth, n, c, &stage.sets[c]);
-			shot.sets[c] = &stage.sets[c];
+		times_us[n - start] = stage_play_us(&stage, &play, n, 0);
+		score_shot(&score, &stage.truth, &stage.set);
+		if (getenv("PLAY_VERBOSE")) {
+			print_wrong(&stage, &stage.truth, &stage.set);
+			print_head(&stage.truth, &stage.set);
 		}
-		double before_us = thread_us();
-		tracker_run(&stage.state, stage.scratch, &stage.tracker_rig, &shot, &set);
-		times_us[n - start] = thread_us() - before_us;
-		score_shot(&score, &truth, &set);
-		if (getenv("PLAY_VERBOSE"))
-			print_wrong(&stage, &truth, &set), print_head(&truth, &set);
 	}
 	qsort(times_us, shots, sizeof(*times_us), by_value);
 	printf("%s seed %lu: seen3 %lu right %.3f%% unnamed %.3f%% wrong %lu two %lu/%lu stray %lu "
@@ -173,5 +109,6 @@ int main(int argc, char **argv)
 	       (unsigned long)score.shots, (long)score.first_named_shot, times_us[shots / 2],
 	       times_us[shots * 99 / 100], times_us[shots - 1]);
 	free(times_us);
+	stage_finish(&stage);
 	return 0;
 }

@@ -1,0 +1,211 @@
+/*
+ * Whole scenes at blob level through the tracker: names right, none wrong, covariances true, the
+ * same bytes on every run.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "tests/scenes/stage.h"
+
+static const struct blob_play CLEAN = {.sigma_px = 0.03, .merge_px = 2.5};
+
+struct run {
+	struct sim_options options;
+	struct blob_play play;
+	uint64_t first, count;
+};
+
+static struct score play(const struct run *run)
+{
+	static struct stage stage;
+	struct score score;
+
+	memset(&stage, 0, sizeof(stage));
+	assert_int_equal(stage_init(&stage, &run->options), 0);
+	score_init(&score);
+	for (uint64_t n = run->first; n < run->first + run->count; n++) {
+		stage_play_us(&stage, &run->play, n, 0);
+		score_shot(&score, &stage.truth, &stage.set);
+	}
+	stage_finish(&stage);
+	return score;
+}
+
+static double right_share(const struct score *score)
+{
+	return (double)score->right / (double)score->seen3;
+}
+
+static void a_talking_head_keeps_its_names(void **state)
+{
+	(void)state;
+	for (uint64_t seed = 21; seed < 24; seed++) {
+		struct score s = play(&(struct run){
+			{.scene = "talking", .seed = seed, .camera_count = 4, .rate_hz = 60},
+			CLEAN,
+			0,
+			240});
+
+		assert_true(right_share(&s) > 0.998);
+		assert_int_equal(s.wrong, 0);
+		assert_true(sqrt(s.error2_m2 / (double)s.measured) < 5e-5);
+	}
+}
+
+static void names_come_back_after_a_wide_turn(void **state)
+{
+	(void)state;
+	struct score s = play(
+		&(struct run){{.scene = "turning", .seed = 31, .camera_count = 8, .rate_hz = 120},
+			      CLEAN,
+			      0,
+			      600});
+
+	assert_true(right_share(&s) > 0.998);
+	assert_int_equal(s.wrong, 0);
+	assert_int_equal(s.heads, s.shots);
+}
+
+static void names_are_found_in_the_middle_of_speech(void **state)
+{
+	(void)state;
+	for (uint64_t seed = 41; seed < 44; seed++) {
+		struct score s = play(&(struct run){
+			{.scene = "talking", .seed = seed, .camera_count = 8, .rate_hz = 120},
+			CLEAN,
+			500 + 37 * seed,
+			120});
+
+		assert_int_equal(s.wrong, 0);
+		assert_true(s.first_named_shot >= 0 && s.first_named_shot < 60);
+	}
+}
+
+static void thirty_shots_a_second_are_enough(void **state)
+{
+	(void)state;
+	struct score s = play(&(struct run){
+		{.scene = "talking", .seed = 51, .camera_count = 8, .rate_hz = 30}, CLEAN, 0, 120});
+
+	assert_true(right_share(&s) > 0.998);
+	assert_int_equal(s.wrong, 0);
+}
+
+static void noise_strays_and_lost_spots_give_no_wrong_name(void **state)
+{
+	(void)state;
+	struct score s = play(&(struct run){
+		{.scene = "talking", .seed = 61, .camera_count = 6, .rate_hz = 120},
+		{.sigma_px = 0.3, .merge_px = 3, .lost_share = 0.05, .stray_count = 20},
+		0,
+		240});
+
+	assert_int_equal(s.wrong, 0);
+	assert_true(right_share(&s) > 0.97);
+}
+
+static void covariances_hold_for_blobs_that_claim_too_much(void **state)
+{
+	static struct stage stage;
+	struct sim_options options = {
+		.scene = "talking", .seed = 71, .camera_count = 6, .rate_hz = 120};
+	struct score score;
+
+	(void)state;
+	memset(&stage, 0, sizeof(stage));
+	assert_int_equal(stage_init(&stage, &options), 0);
+	score_init(&score);
+	for (uint64_t n = 0; n < 240; n++) {
+		struct blob_play boasting = {.sigma_px = 0.2, .claimed_px = 0.03};
+
+		stage_play_us(&stage, &boasting, n, 0);
+		if (n >= 60) /* half a second to learn it */
+			score_shot(&score, &stage.truth, &stage.set);
+	}
+	stage_finish(&stage);
+	double nees = score.nees / (double)score.measured / 3;
+	print_message("# nees / 3 = %.2f\n", nees);
+	assert_true(nees > 0.8 && nees < 1.25);
+}
+
+static void one_dead_camera_costs_no_names(void **state)
+{
+	static struct stage stage;
+	struct sim_options options = {
+		.scene = "talking", .seed = 81, .camera_count = 8, .rate_hz = 120};
+	struct score score;
+
+	(void)state;
+	memset(&stage, 0, sizeof(stage));
+	assert_int_equal(stage_init(&stage, &options), 0);
+	score_init(&score);
+	for (uint64_t n = 0; n < 180; n++) {
+		stage_play_us(&stage, &CLEAN, n, n >= 60 && n < 120 ? 1u << 3 : 0);
+		score_shot(&score, &stage.truth, &stage.set);
+	}
+	stage_finish(&stage);
+	assert_int_equal(score.wrong, 0);
+	assert_true(right_share(&score) > 0.97); /* the truth counts the dead camera too */
+}
+
+static void the_same_shots_give_the_same_state(void **state)
+{
+	static struct stage stages[2];
+	struct sim_options options = {
+		.scene = "talking", .seed = 91, .camera_count = 5, .rate_hz = 120};
+
+	(void)state;
+	memset(stages, 0, sizeof(stages));
+	for (int i = 0; i < 2; i++) {
+		assert_int_equal(stage_init(&stages[i], &options), 0);
+		for (uint64_t n = 0; n < 60; n++)
+			stage_play_us(&stages[i], &CLEAN, n, 0);
+	}
+	assert_memory_equal(&stages[0].state, &stages[1].state, sizeof(stages[0].state));
+	assert_memory_equal(stages[0].set.markers, stages[1].set.markers,
+			    stages[0].set.marker_count * sizeof(stages[0].set.markers[0]));
+	for (int i = 0; i < 2; i++)
+		stage_finish(&stages[i]);
+}
+
+static void an_empty_stage_gives_empty_sets(void **state)
+{
+	static struct stage stage;
+	struct sim_options options = {
+		.scene = "talking", .seed = 95, .camera_count = 4, .rate_hz = 60};
+
+	(void)state;
+	memset(&stage, 0, sizeof(stage));
+	assert_int_equal(stage_init(&stage, &options), 0);
+	for (uint64_t n = 0; n < 10; n++) {
+		stage_play_us(&stage, &CLEAN, n, 0xf);
+		assert_int_equal(stage.set.heads[0].valid, 0);
+		for (uint32_t i = 0; i < stage.set.marker_count; i++)
+			assert_int_equal(stage.set.markers[i].status, MARKER_MISSING);
+	}
+	stage_finish(&stage);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_talking_head_keeps_its_names),
+		cmocka_unit_test(names_come_back_after_a_wide_turn),
+		cmocka_unit_test(names_are_found_in_the_middle_of_speech),
+		cmocka_unit_test(thirty_shots_a_second_are_enough),
+		cmocka_unit_test(noise_strays_and_lost_spots_give_no_wrong_name),
+		cmocka_unit_test(covariances_hold_for_blobs_that_claim_too_much),
+		cmocka_unit_test(one_dead_camera_costs_no_names),
+		cmocka_unit_test(the_same_shots_give_the_same_state),
+		cmocka_unit_test(an_empty_stage_gives_empty_sets),
+	};
+
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

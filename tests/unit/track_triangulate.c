@@ -1,0 +1,185 @@
+/*
+ * Triangulated points lie where their covariance says, and a view that does not belong is found.
+ */
+#include "track/triangulate.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include "base/rng.h"
+
+#define VIEWS 6
+#define FOCAL_PX 1500.0
+
+static struct view views[VIEWS];
+
+static bool project(const void *user, struct vec3 p, double pixel[2])
+{
+	(void)user;
+	pixel[0] = 639.5 + FOCAL_PX * p.x / p.z;
+	pixel[1] = 511.5 + FOCAL_PX * p.y / p.z;
+	return p.z > 0;
+}
+
+static bool unproject(const void *user, const double pixel[2], struct vec3 *v)
+{
+	(void)user;
+	*v = (struct vec3){(pixel[0] - 639.5) / FOCAL_PX, (pixel[1] - 511.5) / FOCAL_PX, 1};
+	return true;
+}
+
+/* Cameras on an arc of 100 degrees, 1.6 m from the stage's origin, looking at it. */
+static int make_views(void **state)
+{
+	struct lens_model model = {project, unproject, NULL};
+	double bad[2];
+
+	(void)state;
+	for (int i = 0; i < VIEWS; i++) {
+		double angle = (i - 2.5) * 0.35;
+		struct pose turn = pose_from_rotation_vector((struct vec3){0, angle, 0});
+
+		turn.t = (struct vec3){0, 0, 1.6};
+		if (view_init(&views[i], 1280, 1024, turn, &model, bad))
+			return -1;
+	}
+	return 0;
+}
+
+static int free_views(void **state)
+{
+	(void)state;
+	for (int i = 0; i < VIEWS; i++)
+		view_finish(&views[i]);
+	return 0;
+}
+
+static struct vec3 random_point(struct rng *rng)
+{
+	double x = rng_uniform(rng), y = rng_uniform(rng), z = rng_uniform(rng);
+
+	return (struct vec3){0.2 * x - 0.1, 0.2 * y - 0.1, 0.2 * z - 0.1};
+}
+
+static void sight(struct rng *rng, struct vec3 p, double sigma_px, struct sighting *out, int count)
+{
+	for (int i = 0; i < count; i++) {
+		out[i].view = &views[i];
+		out[i].sigma_px = sigma_px * (1 + i % 3);
+		assert_true(view_project(&views[i], p, out[i].pixel, NULL));
+		out[i].pixel[0] += out[i].sigma_px * rng_normal(rng);
+		out[i].pixel[1] += out[i].sigma_px * rng_normal(rng);
+	}
+}
+
+static void exact_pixels_give_the_exact_point(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[VIEWS];
+	struct fix fix;
+
+	(void)state;
+	rng_init(&rng, 5, 0);
+	for (int trial = 0; trial < 200; trial++) {
+		struct vec3 p = random_point(&rng);
+
+		sight(&rng, p, 1e-9, sightings, 2 + trial % 5);
+		assert_int_equal(triangulate(sightings, 2 + trial % 5, &fix), 0);
+		assert_true(vec3_distance(fix.p_stage_m, p) < 2e-6); /* the lens tables' error */
+		assert_int_equal(fix.used_count, 2 + trial % 5);
+	}
+}
+
+/* Mean of e' C^-1 e over axes and trials, from the diagonal and off-diagonal terms. */
+static double squared_sigmas(struct vec3 e, const double c[6])
+{
+	double det = c[0] * (c[3] * c[5] - c[4] * c[4]) - c[1] * (c[1] * c[5] - c[4] * c[2]) +
+		     c[2] * (c[1] * c[4] - c[3] * c[2]);
+	double x = (c[3] * c[5] - c[4] * c[4]) * e.x + (c[2] * c[4] - c[1] * c[5]) * e.y +
+		   (c[1] * c[4] - c[2] * c[3]) * e.z;
+	double y = (c[2] * c[4] - c[1] * c[5]) * e.x + (c[0] * c[5] - c[2] * c[2]) * e.y +
+		   (c[1] * c[2] - c[0] * c[4]) * e.z;
+	double z = (c[1] * c[4] - c[2] * c[3]) * e.x + (c[1] * c[2] - c[0] * c[4]) * e.y +
+		   (c[0] * c[3] - c[1] * c[1]) * e.z;
+
+	return (x * e.x + y * e.y + z * e.z) / det;
+}
+
+static void covariances_are_true_for_two_to_six_views(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[VIEWS];
+	struct fix fix;
+
+	(void)state;
+	rng_init(&rng, 6, 0);
+	for (int count = 2; count <= VIEWS; count++) {
+		double sum = 0;
+
+		for (int trial = 0; trial < 3000; trial++) {
+			struct vec3 p = random_point(&rng);
+
+			sight(&rng, p, 0.05, sightings, count);
+			assert_int_equal(triangulate(sightings, count, &fix), 0);
+			sum += squared_sigmas(vec3_sub(fix.p_stage_m, p), fix.cov_m2) / 3;
+		}
+		assert_true(sum / 3000 > 0.9 && sum / 3000 < 1.1);
+	}
+}
+
+static void a_view_one_pixel_off_is_left_out(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[VIEWS];
+	struct fix fix;
+	int found = 0;
+
+	(void)state;
+	rng_init(&rng, 8, 0);
+	for (int trial = 0; trial < 1000; trial++) {
+		struct vec3 p = random_point(&rng);
+		int bad = trial % 4;
+
+		sight(&rng, p, 0.03, sightings, 4);
+		sightings[bad].pixel[trial & 1] += 1;
+		assert_int_equal(triangulate(sightings, 4, &fix), 0);
+		found += fix.used_mask == (0xfu & ~(1u << bad));
+	}
+	assert_true(found > 900);
+}
+
+static void good_views_are_kept(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[VIEWS];
+	struct fix fix;
+	int dropped = 0;
+
+	(void)state;
+	rng_init(&rng, 9, 0);
+	for (int trial = 0; trial < 6000; trial++) {
+		int count = 3 + trial % 4;
+
+		sight(&rng, random_point(&rng), 0.04, sightings, count);
+		assert_int_equal(triangulate(sightings, count, &fix), 0);
+		dropped += fix.used_count < count;
+	}
+	print_message("# %d of 6000\n", dropped);
+	assert_true(dropped < 60);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(exact_pixels_give_the_exact_point),
+		cmocka_unit_test(covariances_are_true_for_two_to_six_views),
+		cmocka_unit_test(a_view_one_pixel_off_is_left_out),
+		cmocka_unit_test(good_views_are_kept),
+	};
+
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, make_views, free_views);
+}
