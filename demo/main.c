@@ -178,10 +178,12 @@ static int watch(struct demo *demo, struct diag *diag)
 	return r;
 }
 
+/* A child's end shows a little after its sockets have closed. */
 static void explain_children(struct demo *demo, struct diag *diag)
 {
 	struct child *children[] = {&demo->stand.cameras, &demo->stand.station};
 
+	clock_sleep_until(clock_now_ns() + NS_PER_S / 2);
 	for (int i = 0; i < 2; i++)
 		if (children[i]->name && !child_is_running(children[i]))
 			child_explain(children[i], diag);

@@ -12,8 +12,8 @@
 #include <unistd.h>
 
 #define CLEAR_SCREEN "\033[H\033[2J"
-#define CELL_COLUMNS 40
-#define ROWS_AROUND 9 /* lines of the screen that are not the table's */
+#define CELL_COLUMNS 41 /* of one label, as show_label() prints it */
+#define ROWS_AROUND 9   /* lines of the screen that are not the table's */
 
 static const char *status_word(int status)
 {
@@ -39,6 +39,16 @@ static struct winsize terminal_size(FILE *out)
 	return size;
 }
 
+static void show_label(FILE *out, const struct label_view *view)
+{
+	char error[16] = "-";
+
+	if (view->status != STAGE_MISSING)
+		snprintf(error, sizeof(error), "%.3f mm", 1e3 * view->error_m);
+	fprintf(out, "%-14.14s%11s %-11s%2u  ", view->name, error, status_word(view->status),
+		view->camera_count);
+}
+
 static void show_labels(FILE *out, const struct referee *referee)
 {
 	struct label_view views[LABEL_MAX];
@@ -51,9 +61,7 @@ static void show_labels(FILE *out, const struct referee *referee)
 	qsort(views, count, sizeof(views[0]), compare_views);
 	for (uint32_t row = 0; row < rows && row < count; row++) {
 		for (uint32_t i = row; i < count && i < columns * rows; i += rows)
-			fprintf(out, "%-16.16s%7.3f mm %-11s%2u", views[i].name,
-				1e3 * views[i].error_m, status_word(views[i].status),
-				views[i].camera_count);
+			show_label(out, &views[i]);
 		fputc('\n', out);
 	}
 }

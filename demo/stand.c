@@ -163,7 +163,7 @@ int stand_start_station(struct stand *stand, struct diag *diag)
 	if (r < 0)
 		return r;
 	snprintf(config, sizeof(config), "%s/stage.yaml", stand->dir);
-	char *argv[] = {program, config, NULL};
+	char *argv[] = {program, "--config", config, NULL};
 	return child_start(&stand->station, "station", stand->dir, argv, diag);
 }
 

@@ -12,24 +12,24 @@ static double normal_cumulative(double x)
 	return 0.5 * erfc(-x * M_SQRT1_2);
 }
 
-/* Medians of NORMAL_COUNT equal shares of the normal distribution, found upwards by Newton steps,
+/* Medians of `count` equal shares of the normal distribution, found upwards by Newton steps,
  * mirrored, and scaled to variance 1, because the shares at the ends lose a little of it. */
-static void fill_normals(float *normals)
+static void fill_normals(float *normals, int count)
 {
 	double x = -4.3, sum = 0;
 
-	for (int i = 0; i < NORMAL_COUNT / 2; i++) {
-		double wanted = (i + 0.5) / NORMAL_COUNT;
+	for (int i = 0; i < count / 2; i++) {
+		double wanted = (i + 0.5) / count;
 
 		for (int step = 0; step < 4; step++)
 			x += (wanted - normal_cumulative(x)) * sqrt(2.0 * M_PI) * exp(0.5 * x * x);
 		normals[i] = (float)x;
-		normals[NORMAL_COUNT - 1 - i] = (float)-x;
+		normals[count - 1 - i] = (float)-x;
 		sum += 2.0 * x * x;
 	}
-	float scale = (float)sqrt(NORMAL_COUNT / sum);
+	float scale = (float)sqrt(count / sum);
 
-	for (int i = 0; i < NORMAL_COUNT; i++)
+	for (int i = 0; i < count; i++)
 		normals[i] *= scale;
 }
 
@@ -45,15 +45,22 @@ static uint8_t expose(float mean_grey, float normal)
 int noise_create(struct noise **out, double background_grey)
 {
 	struct noise *noise = malloc(sizeof(*noise));
+	float *normals = malloc(BACKGROUND_COUNT * sizeof(*normals));
 
-	if (!noise)
-		return -ENOMEM;
+	if (!noise || !normals)
+		goto fail;
 	noise->background_grey = background_grey;
-	fill_normals(noise->normals);
-	for (int i = 0; i < NORMAL_COUNT; i++)
-		noise->background[i] = expose((float)background_grey, noise->normals[i]);
+	fill_normals(normals, BACKGROUND_COUNT);
+	for (int i = 0; i < BACKGROUND_COUNT; i++)
+		noise->background[i] = expose((float)background_grey, normals[i]);
+	fill_normals(noise->normals, NORMAL_COUNT);
+	free(normals);
 	*out = noise;
 	return 0;
+fail:
+	free(noise);
+	free(normals);
+	return -ENOMEM;
 }
 
 void noise_destroy(struct noise *noise)
@@ -74,8 +81,12 @@ void noise_fill_background(const struct noise *noise, struct rng *rng, uint8_t *
 		pixels[count - 1] = noise->background[rng_u32(rng) & 0xffff];
 }
 
-uint8_t noise_expose(const struct noise *noise, struct rng *rng, float light_grey)
+void noise_expose(const struct noise *noise, struct rng *rng, const float *light_grey,
+		  uint8_t *pixels, size_t count)
 {
-	return expose((float)noise->background_grey + light_grey,
-		      noise->normals[rng_u32(rng) >> 16]);
+	float background = (float)noise->background_grey;
+
+	for (size_t i = 0; i < count; i++)
+		pixels[i] = expose(background + light_grey[i],
+				   noise->normals[rng_u32(rng) % NORMAL_COUNT]);
 }

@@ -5,13 +5,13 @@
 #include "sim/spot.h"
 
 #include <math.h>
+#include <string.h>
 
-#define REACH_SIGMA 4.5
+#define REACH_SIGMA 4.0
 #define TABLE_END 6.0
 #define TABLE_COUNT 1024
 #define SMALL_RADIUS_PX 1.4
 #define POINT_MAX 36
-#define WIDTH_MAX (2 * SPOT_HALF_WIDTH_PX + 2)
 
 struct disc_point {
 	double x, y, weight; /* unit disc; the weights add up to 1 */
@@ -27,16 +27,13 @@ void blur_init(struct blur *blur, double sigma_px)
 }
 
 /* Share of a unit Gaussian left of `x_sigma`. */
-static float cumulative(const struct blur *blur, double x_sigma)
+static float cumulative(const struct blur *blur, float x_sigma)
 {
-	double place = (x_sigma + TABLE_END) * blur->inverse_step;
+	float place = (x_sigma + (float)TABLE_END) * (float)blur->inverse_step;
 
-	if (place <= 0)
-		return 0;
-	if (place >= TABLE_COUNT - 1)
-		return 1;
+	place = fminf(fmaxf(place, 0), TABLE_COUNT - 1.001f);
 	int cell = (int)place;
-	float fraction = (float)(place - cell);
+	float fraction = place - (float)cell;
 
 	return blur->cumulative[cell] +
 	       fraction * (blur->cumulative[cell + 1] - blur->cumulative[cell]);
@@ -46,11 +43,12 @@ static float cumulative(const struct blur *blur, double x_sigma)
 static void pixel_shares(const struct blur *blur, double centre_px, int first, int count,
 			 float *shares)
 {
-	double inverse = 1.0 / blur->sigma_px;
-	float left = cumulative(blur, (first - 0.5 - centre_px) * inverse);
+	float step = (float)(1.0 / blur->sigma_px);
+	float edge = (float)((first - 0.5 - centre_px) / blur->sigma_px);
+	float left = cumulative(blur, edge);
 
 	for (int i = 0; i < count; i++) {
-		float right = cumulative(blur, (first + i + 0.5 - centre_px) * inverse);
+		float right = cumulative(blur, edge + (float)(i + 1) * step);
 
 		shares[i] = right - left;
 		left = right;
@@ -68,11 +66,11 @@ static int ring(struct disc_point *points, double radius, double phase, int coun
 	return count;
 }
 
-static int disc_points(struct disc_point points[POINT_MAX], double radius_px)
+static int disc_points(struct disc_point points[POINT_MAX], double radius)
 {
 	int count = 0;
 
-	if (radius_px <= SMALL_RADIUS_PX) {
+	if (radius <= SMALL_RADIUS_PX) {
 		points[count++] = (struct disc_point){0, 0, 0.25};
 		return count + ring(points + count, sqrt(2.0 / 3.0), 0, 6, 0.75);
 	}
@@ -89,10 +87,18 @@ static int clamped(double value, int low, int high)
 	return value < low ? low : value > high ? high : (int)value;
 }
 
-static struct pixel_window window_of(const struct spot *spot, double reach_px, int width_px,
-				     int height_px)
+static double radius_px(const struct spot *spot)
 {
-	double reach = fmin(reach_px, SPOT_HALF_WIDTH_PX);
+	const double(*a)[2] = spot->axes_px;
+
+	return sqrt(
+		fmax(a[0][0] * a[0][0] + a[1][0] * a[1][0], a[0][1] * a[0][1] + a[1][1] * a[1][1]));
+}
+
+struct pixel_window spot_window(const struct spot *spot, const struct blur *blur, int width_px,
+				int height_px)
+{
+	double reach = fmin(radius_px(spot) + REACH_SIGMA * blur->sigma_px, SPOT_HALF_WIDTH_PX);
 	const double *c = spot->centre_px;
 
 	return (struct pixel_window){clamped(floor(c[0] - reach), 0, width_px),
@@ -101,42 +107,37 @@ static struct pixel_window window_of(const struct spot *spot, double reach_px, i
 				     clamped(ceil(c[1] + reach) + 1, 0, height_px)};
 }
 
-static void add_point(const struct blur *blur, double x_px, double y_px, double light,
-		      const struct pixel_window *w, float *plane, int stride)
+static void add_point(const struct blur *blur, double x_px, double y_px, double light_grey,
+		      const struct pixel_window *w, float *light)
 {
-	float columns[WIDTH_MAX], rows[WIDTH_MAX];
+	float columns[SPOT_WINDOW_MAX], rows[SPOT_WINDOW_MAX];
 	int width = w->x1 - w->x0, height = w->y1 - w->y0;
 
 	pixel_shares(blur, x_px, w->x0, width, columns);
 	pixel_shares(blur, y_px, w->y0, height, rows);
 	for (int y = 0; y < height; y++) {
-		float *line = plane + (long)(w->y0 + y) * stride + w->x0;
-		float share = (float)light * rows[y];
+		float share = (float)light_grey * rows[y];
 
 		for (int x = 0; x < width; x++)
-			line[x] += share * columns[x];
+			light[y * width + x] += share * columns[x];
 	}
 }
 
-struct pixel_window spot_add(const struct spot *spot, const struct blur *blur, float *plane,
-			     int width_px, int height_px)
+void spot_fill(const struct spot *spot, const struct blur *blur, const struct pixel_window *window,
+	       float *light)
 {
 	const double(*a)[2] = spot->axes_px;
 	struct disc_point points[POINT_MAX];
-	double radius_px = sqrt(
-		fmax(a[0][0] * a[0][0] + a[1][0] * a[1][0], a[0][1] * a[0][1] + a[1][1] * a[1][1]));
-	double light = spot->brightness * M_PI * fabs(a[0][0] * a[1][1] - a[0][1] * a[1][0]);
-	struct pixel_window window =
-		window_of(spot, radius_px + REACH_SIGMA * blur->sigma_px, width_px, height_px);
-	int count = disc_points(points, radius_px);
+	double sum = spot->brightness * M_PI * fabs(a[0][0] * a[1][1] - a[0][1] * a[1][0]);
+	int count = disc_points(points, radius_px(spot));
 
-	if (window.x0 >= window.x1 || window.y0 >= window.y1)
-		return (struct pixel_window){0, 0, 0, 0};
+	memset(light, 0, (size_t)pixel_window_count(window) * sizeof(*light));
+	if (pixel_window_count(window) == 0)
+		return;
 	for (int i = 0; i < count; i++)
 		add_point(blur, spot->centre_px[0] + a[0][0] * points[i].x + a[0][1] * points[i].y,
 			  spot->centre_px[1] + a[1][0] * points[i].x + a[1][1] * points[i].y,
-			  light * points[i].weight, &window, plane, width_px);
-	return window;
+			  sum * points[i].weight, window, light);
 }
 
 double spot_peak_fraction(double radius_px, double blur_sigma_px)

@@ -1,0 +1,25 @@
+/*
+ * A stage as its files describe it: config, layout and rig, loaded and checked together, ready for
+ * the tracker. No device is touched.
+ */
+#pragma once
+
+#include "config/config.h"
+#include "config/rig.h"
+
+#define VIEW_NONE UINT32_MAX
+
+/* Large: keep it on the heap or static. */
+struct stage {
+	struct config config;
+	struct layout layout;
+	struct rig rig;                  /* of the IR cameras, in the config's order */
+	uint32_t ir_mask;                /* bit c: the config's camera c is tracked */
+	uint32_t view_index[CAMERA_MAX]; /* the config's camera c in the rig, or VIEW_NONE (HD) */
+	struct tracker_rig tracking;     /* borrows rig and layout */
+};
+
+/* Loads all that the config names; one run reports every error. Returns 0, -EINVAL, -ENOMEM or the
+ * errno of reading a file; on failure nothing is held. */
+int stage_load(struct stage *stage, const char *config_path, struct diag *diag);
+void stage_finish(struct stage *stage); /* a zeroed stage is fine */

@@ -1,0 +1,37 @@
+/*
+ * The command line of a verb: one table of options gives the parsing and the --help text.
+ */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "ctl/verb.h"
+
+#define DEFAULT_SOCKET_DIR "/run/stage"
+
+/* Exactly one of the four pointers is set; it holds the default before parsing. */
+struct argument {
+	const char *name;       /* without the dashes */
+	const char *value_name; /* NULL for a flag */
+	const char *help;
+	bool *flag;
+	const char **text;
+	uint64_t *count;
+	double *number; /* > 0 */
+};
+
+enum arguments_result {
+	ARGUMENTS_OK,
+	ARGUMENTS_HELP,  /* --help was printed: exit with 0 */
+	ARGUMENTS_WRONG, /* a message was printed: exit with EXIT_CODE_USAGE */
+};
+
+/* `arguments` ends with a row without name. Takes exactly `positional_count` words that are no
+ * options into `positional`. */
+enum arguments_result arguments_parse(const struct verb *verb, const struct argument *arguments,
+				      int argc, char **argv, const char **positional,
+				      int positional_count);
+
+/* What to return from a verb after anything but ARGUMENTS_OK. */
+int arguments_exit_code(enum arguments_result result);

@@ -1,0 +1,123 @@
+/*
+ * stagectl config check: everything that can be known about a config without touching a device,
+ * every error in one run.
+ */
+#include <errno.h>
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/exit_codes.h"
+#include "ctl/arguments.h"
+#include "ctl/program_drivers.h"
+#include "drivers/open_cameras.h"
+
+/* Recordings are files too: their first images are opened to compare sizes. */
+static uint32_t recorded_cameras(const struct config *config)
+{
+	uint32_t mask = 0;
+
+	for (uint32_t c = 0; c < config->camera_count; c++)
+		if (strncmp(config->cameras[c].address, "files:", 6) == 0)
+			mask |= UINT32_C(1) << c;
+	return mask;
+}
+
+static int check(struct stage *stage, const char *path, struct diag *diag)
+{
+	struct open_camera cameras[CAMERA_MAX] = {0};
+	int err = stage_load(stage, path, diag);
+
+	if (err)
+		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+	err = open_cameras(cameras, stage, recorded_cameras(&stage->config), recording_drivers,
+			   diag);
+	close_cameras(cameras, stage->config.camera_count);
+	return err == -ENOMEM ? EXIT_CODE_INTERNAL : err ? EXIT_CODE_BAD_INPUT : EXIT_CODE_OK;
+}
+
+static void print_summary(const struct stage *stage)
+{
+	const struct config *config = &stage->config;
+	uint32_t rigid_count = 0;
+
+	for (uint32_t m = 0; m < stage->layout.marker_count; m++)
+		rigid_count += stage->layout.markers[m].rigid;
+	printf("%s: good\n", config->path);
+	printf("rig      %s, revision %s\n", config->rig_dir, stage->rig.revision);
+	printf("layout   %s, %u markers, %u of them rigid\n", config->layout_path,
+	       stage->layout.marker_count, rigid_count);
+	printf("trigger  %s, %.3f Hz\n", config->trigger, 1e9 / (double)config->plan.period_ns);
+	for (uint32_t c = 0; c < config->camera_count; c++) {
+		const struct config_camera *camera = &config->cameras[c];
+
+		printf("camera   %-12s %-3s %s\n", camera->name,
+		       camera->role == ROLE_IR ? "ir" : "hd", camera->address);
+	}
+}
+
+static json_t *summary_json(const struct stage *stage)
+{
+	const struct config *config = &stage->config;
+	json_t *cameras = json_array();
+
+	for (uint32_t c = 0; c < config->camera_count; c++)
+		json_array_append_new(cameras,
+				      json_pack("{s:s, s:s, s:s}", "name", config->cameras[c].name,
+						"address", config->cameras[c].address, "role",
+						config->cameras[c].role == ROLE_IR ? "ir" : "hd"));
+	return json_pack("{s:s, s:s, s:s, s:s, s:I, s:s, s:o}", "config", config->path, "rig",
+			 config->rig_dir, "rig_revision", stage->rig.revision, "layout",
+			 config->layout_path, "markers", (json_int_t)stage->layout.marker_count,
+			 "trigger", config->trigger, "cameras", cameras);
+}
+
+static json_t *errors_json(const struct diag *diag)
+{
+	json_t *errors = json_array();
+	const char *line = diag->text ? diag->text : "";
+
+	for (const char *end; (end = strchr(line, '\n')); line = end + 1)
+		json_array_append_new(errors, json_stringn(line, (size_t)(end - line)));
+	return errors;
+}
+
+static void print_json(const struct stage *stage, const struct diag *diag, bool good)
+{
+	json_t *object = good ? summary_json(stage) : json_object();
+
+	json_object_set_new(object, "good", json_boolean(good));
+	json_object_set_new(object, "errors", errors_json(diag));
+	json_dumpf(object, stdout, JSON_COMPACT);
+	putchar('\n');
+	json_decref(object);
+}
+
+int verb_config_check(const struct verb *verb, int argc, char **argv)
+{
+	const char *path;
+	bool json = false;
+	struct diag diag = {0};
+	const struct argument arguments[] = {
+		{"json", NULL, "print one JSON object", .flag = &json},
+		{0},
+	};
+	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, &path, 1);
+
+	if (parsed != ARGUMENTS_OK)
+		return arguments_exit_code(parsed);
+	struct stage *stage = calloc(1, sizeof(*stage));
+	if (!stage)
+		return EXIT_CODE_INTERNAL;
+	int code = check(stage, path, &diag);
+	if (json)
+		print_json(stage, &diag, code == EXIT_CODE_OK);
+	else if (code == EXIT_CODE_OK)
+		print_summary(stage);
+	else
+		diag_print(&diag, stderr);
+	diag_finish(&diag);
+	stage_finish(stage);
+	free(stage);
+	return code;
+}

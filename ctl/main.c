@@ -1,0 +1,74 @@
+/*
+ * stagectl: how an operator looks at a station and works with recordings. A table of verbs.
+ */
+#include <stdio.h>
+#include <string.h>
+
+#include "base/exit_codes.h"
+#include "ctl/verb.h"
+
+static const struct verb verbs[] = {
+	{"status", "", "Says how the running station is doing", verb_status},
+	{"camera list", "", "Lists the cameras that can be seen now", verb_camera_list},
+	{"camera show", "NAME|ADDRESS", "Says what a camera is and does", verb_camera_show},
+	{"camera preview", "NAME|ADDRESS", "Saves one image, with the spots found in it circled",
+	 verb_camera_preview},
+	{"stream tap", "", "Subscribes to the running station and prints every shot",
+	 verb_stream_tap},
+	{"config check", "CONFIG", "Checks a config and all that it names", verb_config_check},
+	{"process", "CONFIG", "Tracks recordings: one JSON object per shot", verb_process},
+	{"sim record", "DIR", "Writes a simulated recording with its truth", verb_sim_record},
+};
+
+#define VERB_COUNT (sizeof(verbs) / sizeof(verbs[0]))
+
+static void print_help(FILE *out)
+{
+	fputs("Usage: stagectl VERB [arguments] [--json] [--help]\n"
+	      "Looks at a motion-capture station and works with its recordings.\n\nVerbs:\n",
+	      out);
+	for (size_t i = 0; i < VERB_COUNT; i++) {
+		char left[64];
+
+		snprintf(left, sizeof(left), "%s %s", verbs[i].name, verbs[i].arguments);
+		fprintf(out, "  %-29s %s\n", left, verbs[i].summary);
+	}
+	fputs("\nstagectl VERB --help tells the options of a verb.\n\n", out);
+	exit_codes_print(out);
+}
+
+/* Words of the command line that the verb's name takes, 0 when it is another verb. */
+static int match_words(const struct verb *verb, int argc, char **argv)
+{
+	const char *space = strchr(verb->name, ' ');
+
+	if (!space)
+		return argc >= 1 && strcmp(argv[0], verb->name) == 0 ? 1 : 0;
+	size_t first_length = (size_t)(space - verb->name);
+	if (argc < 2 || strlen(argv[0]) != first_length ||
+	    strncmp(argv[0], verb->name, first_length) != 0)
+		return 0;
+	return strcmp(argv[1], space + 1) == 0 ? 2 : 0;
+}
+
+int main(int argc, char **argv)
+{
+	if (argc >= 2 && strcmp(argv[1], "--version") == 0) {
+		puts("stagectl " STAGE_VERSION);
+		return EXIT_CODE_OK;
+	}
+	if (argc >= 2 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0)) {
+		print_help(stdout);
+		return EXIT_CODE_OK;
+	}
+	for (size_t i = 0; i < VERB_COUNT; i++) {
+		int words = match_words(&verbs[i], argc - 1, argv + 1);
+
+		if (words > 0)
+			return verbs[i].run(&verbs[i], argc - words, argv + words);
+	}
+	if (argc >= 2)
+		fprintf(stderr, "stagectl: no such verb: %s\n", argv[1]);
+	print_help(stderr);
+	return EXIT_CODE_USAGE;
+}

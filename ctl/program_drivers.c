@@ -1,0 +1,17 @@
+/*
+ * As the station's own list, and recordings read as fast as they come.
+ */
+#include "ctl/program_drivers.h"
+
+#include <stddef.h>
+
+#include "sim/world.h"
+
+const struct camera_driver *const live_drivers[] = {
+	&sim_camera_driver,
+	NULL,
+};
+
+const struct camera_driver *const recording_drivers[] = {
+	NULL,
+};

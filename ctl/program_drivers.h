@@ -1,0 +1,10 @@
+/*
+ * The drivers that stagectl is built with.
+ */
+#pragma once
+
+#include "drivers/camera.h"
+
+/* NULL-terminated. */
+extern const struct camera_driver *const live_drivers[];      /* for camera list, show, preview */
+extern const struct camera_driver *const recording_drivers[]; /* as fast as they are read */

@@ -1,0 +1,66 @@
+/*
+ * stagectl sim record: a simulated recording for files: cameras, with its truth beside it.
+ */
+#include <inttypes.h>
+#include <jansson.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/exit_codes.h"
+#include "ctl/arguments.h"
+#include "sim/record.h"
+
+static void progress(uint64_t shots_done, uint64_t shot_count, void *user)
+{
+	(void)user;
+	fprintf(stderr, "\r%" PRIu64 " of %" PRIu64 " shots%s", shots_done, shot_count,
+		shots_done == shot_count ? "\n" : "");
+}
+
+static void report(const char *dir, bool json)
+{
+	if (!json) {
+		printf("%s: written; next: stagectl process %s/stage.yaml\n", dir, dir);
+		return;
+	}
+	json_t *object = json_pack("{s:s, s:s+}", "dir", dir, "config", dir, "/stage.yaml");
+	json_dumpf(object, stdout, JSON_COMPACT);
+	putchar('\n');
+	json_decref(object);
+}
+
+int verb_sim_record(const struct verb *verb, int argc, char **argv)
+{
+	const char *dir, *scene = "talking";
+	uint64_t seed = 1, cameras = 0;
+	double seconds = 2, rate_hz = 0;
+	bool json = false;
+	struct diag diag = {0};
+	const struct argument arguments[] = {
+		{"seconds", "S", "how long (default 2)", .number = &seconds},
+		{"scene", "NAME", "rest, talking or turning (default talking)", .text = &scene},
+		{"seed", "N", "of face, motion and noise (default 1)", .count = &seed},
+		{"cameras", "N", "how many (default: the scene's own)", .count = &cameras},
+		{"rate", "HZ", "shots per second (default: the scene's own)", .number = &rate_hz},
+		{"json", NULL, "print one JSON object", .flag = &json},
+		{0},
+	};
+	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, &dir, 1);
+
+	if (parsed != ARGUMENTS_OK)
+		return arguments_exit_code(parsed);
+	struct sim_options options = {.scene = scene,
+				      .seed = seed,
+				      .camera_count =
+					      cameras > CAMERA_MAX ? UINT32_MAX : (uint32_t)cameras,
+				      .rate_hz = rate_hz};
+	int err = sim_record(&options, dir, seconds, isatty(STDERR_FILENO) ? progress : NULL, NULL,
+			     &diag);
+	diag_print(&diag, stderr);
+	diag_finish(&diag);
+	if (err)
+		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+	report(dir, json);
+	return EXIT_CODE_OK;
+}

@@ -1,0 +1,134 @@
+/*
+ * stagectl status: how the running station is doing.
+ */
+#include <inttypes.h>
+#include <jansson.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/exit_codes.h"
+#include "ctl/arguments.h"
+#include "ctl/control_client.h"
+
+static const char *text_of(const json_t *object, const char *key)
+{
+	const char *text = json_string_value(json_object_get(object, key));
+
+	return text ? text : "?";
+}
+
+static int64_t count_of(const json_t *object, const char *key)
+{
+	return json_integer_value(json_object_get(object, key));
+}
+
+static double number_of(const json_t *object, const char *key)
+{
+	return json_number_value(json_object_get(object, key));
+}
+
+static void print_losses(const json_t *losses)
+{
+	const char *cause;
+	json_t *value;
+	bool any = false;
+
+	json_object_foreach((json_t *)losses, cause, value)
+	{
+		if (json_integer_value(value) == 0)
+			continue;
+		printf("%s%s %" PRId64, any ? ", " : "", cause, (int64_t)json_integer_value(value));
+		any = true;
+	}
+	puts(any ? "" : "-");
+}
+
+static void print_cameras(const json_t *cameras)
+{
+	size_t index;
+	json_t *camera;
+
+	printf("\n%-12s %-4s %-8s %11s %7s %7s %9s %8s  %s\n", "camera", "role", "state", "size",
+	       "frame/s", "spots", "frames", "missing", "losses");
+	json_array_foreach((json_t *)cameras, index, camera)
+	{
+		char size[24];
+
+		snprintf(size, sizeof(size), "%" PRId64 "x%" PRId64, count_of(camera, "width_px"),
+			 count_of(camera, "height_px"));
+		printf("%-12s %-4s %-8s %11s %7.1f %7.1f %9" PRId64 " %8" PRId64 "  ",
+		       text_of(camera, "name"), text_of(camera, "role"), text_of(camera, "state"),
+		       size, number_of(camera, "frames_per_s"),
+		       number_of(camera, "blobs_per_frame"), count_of(camera, "frames"),
+		       count_of(camera, "missing"));
+		print_losses(json_object_get(camera, "losses"));
+	}
+}
+
+static void print_subscribers(const json_t *stream)
+{
+	json_t *subscribers = json_object_get(stream, "subscribers");
+	size_t index;
+	json_t *one;
+
+	printf("\n%-12s %11s %9s %9s   (%" PRId64 " came, %" PRId64 " cut off, %" PRId64
+	       " sets lost)\n",
+	       "subscriber", "connected s", "sets", "lost", count_of(stream, "accepted"),
+	       count_of(stream, "cut_off"), count_of(stream, "sets_lost"));
+	json_array_foreach(subscribers, index, one)
+		printf("pid %-8" PRId64 " %11.1f %9" PRId64 " %9" PRId64 "\n", count_of(one, "pid"),
+		       number_of(one, "connected_s"), count_of(one, "sets_queued"),
+		       count_of(one, "sets_lost"));
+}
+
+static void print_status(const json_t *status)
+{
+	const json_t *shots = json_object_get(status, "shots");
+	const json_t *latency = json_object_get(status, "latency_ms");
+
+	printf("%s for %.0f s, %s\n", text_of(status, "state"), number_of(status, "uptime_s"),
+	       text_of(status, "config"));
+	printf("rig %s, trigger %s, SCHED_FIFO %s, memory %s\n", text_of(status, "rig_revision"),
+	       text_of(status, "trigger"),
+	       json_is_true(json_object_get(status, "fifo")) ? "granted" : "not granted",
+	       json_is_true(json_object_get(status, "memory_locked")) ? "locked" : "not locked");
+	printf("shots %" PRId64 " (%.1f/s), incomplete %" PRId64 ", lost %" PRId64 "\n",
+	       count_of(shots, "solved"), number_of(shots, "per_s"), count_of(shots, "incomplete"),
+	       count_of(shots, "lost"));
+	printf("latency, last pixel to solved: p50 %.2f ms, p99 %.2f ms\n",
+	       number_of(latency, "p50"), number_of(latency, "p99"));
+	if (count_of(status, "sim_late"))
+		printf("the simulator itself was late with %" PRId64 " frames\n",
+		       count_of(status, "sim_late"));
+	print_cameras(json_object_get(status, "cameras"));
+	print_subscribers(json_object_get(status, "stream"));
+}
+
+int verb_status(const struct verb *verb, int argc, char **argv)
+{
+	const char *socket_dir = DEFAULT_SOCKET_DIR;
+	bool json = false;
+	json_t *reply;
+	const struct argument arguments[] = {
+		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
+		 .text = &socket_dir},
+		{"json", NULL, "print one JSON object", .flag = &json},
+		{0},
+	};
+	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, NULL, 0);
+
+	if (parsed != ARGUMENTS_OK)
+		return arguments_exit_code(parsed);
+	int code = control_ask(&reply, socket_dir, "org.stage.Control.GetStatus", NULL);
+	if (code)
+		return code;
+	const json_t *status = json_object_get(reply, "status");
+	if (json) {
+		json_dumpf(status, stdout, JSON_COMPACT);
+		putchar('\n');
+	} else {
+		print_status(status);
+	}
+	json_decref(reply);
+	return EXIT_CODE_OK;
+}

@@ -1,0 +1,22 @@
+/*
+ * What a verb of stagectl is: a row of the table in main.c, and a file of its own.
+ */
+#pragma once
+
+struct verb {
+	const char *name;      /* one or two words: "status", "camera list" */
+	const char *arguments; /* behind the name, for the usage line; "" for none */
+	const char *summary;   /* one line */
+
+	/* argv[0] is the last word of the name. Returns an exit code (base/exit_codes.h). */
+	int (*run)(const struct verb *verb, int argc, char **argv);
+};
+
+int verb_status(const struct verb *verb, int argc, char **argv);
+int verb_camera_list(const struct verb *verb, int argc, char **argv);
+int verb_camera_show(const struct verb *verb, int argc, char **argv);
+int verb_camera_preview(const struct verb *verb, int argc, char **argv);
+int verb_stream_tap(const struct verb *verb, int argc, char **argv);
+int verb_config_check(const struct verb *verb, int argc, char **argv);
+int verb_process(const struct verb *verb, int argc, char **argv);
+int verb_sim_record(const struct verb *verb, int argc, char **argv);

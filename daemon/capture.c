@@ -1,0 +1,241 @@
+/*
+ * The capture thread. It neither allocates, locks nor logs: it counts.
+ */
+#include "daemon/capture.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/eventfd.h>
+
+#include "base/clock.h"
+#include "daemon/realtime.h"
+
+#define ACQUIRE_TIMEOUT_NS (100 * NS_PER_MS)
+#define TIME_OFF_MAX_NS NS_PER_S
+
+static void count(_Atomic uint64_t *counter, uint64_t more)
+{
+	atomic_fetch_add_explicit(counter, more, memory_order_relaxed);
+}
+
+static int bytes_per_pixel(enum pixel_format format)
+{
+	return format == PIXEL_RGB8 ? 3 : 1;
+}
+
+static bool frame_as_granted(const struct capture *capture, const struct frame *frame)
+{
+	const struct camera_mode *granted = &capture->device.granted;
+
+	return frame->width_px == granted->width_px && frame->height_px == granted->height_px &&
+	       frame->format == granted->format;
+}
+
+/* A clock that was never mapped to ours would make shots of its own. */
+static bool time_plausible(const struct frame *frame)
+{
+	int64_t off_ns;
+
+	if (__builtin_sub_overflow(frame->arrival_ns, frame->mid_exposure_ns, &off_ns))
+		return false;
+	return off_ns < TIME_OFF_MAX_NS && off_ns > -TIME_OFF_MAX_NS;
+}
+
+static void count_gap(struct capture *capture, uint64_t seq)
+{
+	if (capture->has_seq && seq > capture->last_seq + 1)
+		count(&capture->counters.device_gaps, seq - capture->last_seq - 1);
+	capture->has_seq = true;
+	capture->last_seq = seq;
+}
+
+static void copy_preview(struct capture *capture, const struct frame *frame,
+			 const struct blob_set *set)
+{
+	struct preview *preview = &capture->preview;
+	size_t row_bytes = (size_t)(frame->width_px * bytes_per_pixel(frame->format));
+
+	if (row_bytes * (size_t)frame->height_px > preview->capacity_bytes)
+		return;
+	for (int y = 0; y < frame->height_px; y++)
+		memcpy(preview->pixels + (size_t)y * row_bytes,
+		       frame->pixels + (ptrdiff_t)y * frame->stride_bytes, row_bytes);
+	preview->size_bytes = row_bytes * (size_t)frame->height_px;
+	preview->width_px = frame->width_px;
+	preview->height_px = frame->height_px;
+	preview->format = frame->format;
+	preview->set.blob_count = 0;
+	if (set)
+		preview->set = *set;
+	preview->set.shot = frame->shot;
+	preview->set.mid_exposure_ns = frame->mid_exposure_ns;
+	atomic_store_explicit(&preview->state, PREVIEW_READY, memory_order_release);
+	eventfd_write(capture->control_wake_fd, 1);
+}
+
+/* Fills a set in place, in the ring. NULL when the ring is full. */
+static struct blob_set *find_blobs(struct capture *capture, const struct frame *frame)
+{
+	struct grey_image image = {frame->pixels, frame->width_px, frame->height_px,
+				   frame->stride_bytes};
+	struct blob_set *set = ring_claim(&capture->sets);
+
+	if (!set) {
+		count(&capture->counters.refused, 1);
+		return NULL;
+	}
+	set->shot = frame->shot;
+	set->device_seq = frame->device_seq;
+	set->mid_exposure_ns = frame->mid_exposure_ns;
+	set->uncertainty_ns = frame->uncertainty_ns;
+	set->arrival_ns = frame->arrival_ns;
+	blob_finder_run(capture->finder, &image, set);
+	set->found_ns = clock_now_ns();
+	count(&capture->counters.blobs, set->blob_count);
+	count(&capture->counters.blobs_lost, set->blobs_lost);
+	return set;
+}
+
+static void take_frame(struct capture *capture, const struct frame *frame)
+{
+	struct blob_set *set = NULL;
+
+	count_gap(capture, frame->device_seq);
+	if (!frame_as_granted(capture, frame)) {
+		count(&capture->counters.wrong_size, 1);
+		return;
+	}
+	if (!time_plausible(frame)) {
+		count(&capture->counters.wrong_time, 1);
+		return;
+	}
+	count(&capture->counters.frames, 1);
+	if (capture->finder)
+		set = find_blobs(capture, frame);
+	if (atomic_load_explicit(&capture->preview.state, memory_order_acquire) == PREVIEW_WANTED)
+		copy_preview(capture, frame, set);
+	if (set) {
+		ring_publish(&capture->sets);
+		sem_post(capture->solver_wake);
+	}
+}
+
+/* Returns what the capture has become. */
+static enum capture_state capture_once(struct capture *capture)
+{
+	const struct camera_driver *driver = capture->device.driver;
+	struct frame frame;
+	int err = driver->acquire(capture->device.camera, ACQUIRE_TIMEOUT_NS, &frame);
+
+	switch (err) {
+	case 0:
+		take_frame(capture, &frame);
+		driver->release(capture->device.camera, &frame);
+		return CAPTURE_RUNNING;
+	case -ETIMEDOUT:
+		count(&capture->counters.timeouts, 1);
+		return CAPTURE_RUNNING;
+	case -EBADMSG:
+		count(&capture->counters.damaged, 1);
+		return CAPTURE_RUNNING;
+	case -ENODATA:
+		return CAPTURE_ENDED;
+	default:
+		return CAPTURE_LOST;
+	}
+}
+
+static void *run_capture(void *argument)
+{
+	struct capture *capture = argument;
+	enum capture_state state = CAPTURE_RUNNING;
+
+	while (state == CAPTURE_RUNNING &&
+	       !atomic_load_explicit(&capture->stopping, memory_order_relaxed))
+		state = capture_once(capture);
+	atomic_store(&capture->state, state == CAPTURE_RUNNING ? CAPTURE_STOPPED : state);
+	sem_post(capture->solver_wake);
+	eventfd_write(capture->control_wake_fd, 1);
+	return NULL;
+}
+
+int capture_init(struct capture *capture, const struct config_camera *camera,
+		 const struct open_camera *device, const struct blob_settings *settings,
+		 uint32_t queue_length)
+{
+	const struct camera_mode *mode = &device->granted;
+	int err = 0;
+
+	memset(capture, 0, sizeof(*capture));
+	memcpy(capture->name, camera->name, sizeof(capture->name));
+	capture->role = camera->role;
+	capture->preview.capacity_bytes =
+		(size_t)(mode->width_px * bytes_per_pixel(mode->format)) * (size_t)mode->height_px;
+	capture->preview.pixels = calloc(1, capture->preview.capacity_bytes);
+	if (!capture->preview.pixels)
+		err = -ENOMEM;
+	if (!err)
+		err = ring_init(&capture->sets, sizeof(struct blob_set), queue_length);
+	if (!err && camera->role == ROLE_IR)
+		err = blob_finder_create(&capture->finder, mode->width_px, mode->height_px,
+					 settings);
+	if (err) {
+		capture_finish(capture);
+		return err;
+	}
+	capture->device = *device;
+	return 0;
+}
+
+void capture_finish(struct capture *capture)
+{
+	if (capture->device.camera)
+		capture->device.driver->close(capture->device.camera);
+	blob_finder_destroy(capture->finder);
+	ring_finish(&capture->sets);
+	free(capture->preview.pixels);
+	memset(capture, 0, sizeof(*capture));
+}
+
+int capture_start(struct capture *capture, struct diag *diag)
+{
+	const struct camera_driver *driver = capture->device.driver;
+	int err = driver->start(capture->device.camera, diag);
+
+	if (err)
+		return err;
+	capture->has_seq = false;
+	atomic_store(&capture->stopping, false);
+	atomic_store(&capture->state, CAPTURE_RUNNING);
+	err = realtime_thread_start(&capture->thread, capture->name, PRIORITY_CAPTURE, run_capture,
+				    capture, &capture->fifo_granted);
+	if (err) {
+		diag_add(diag, "camera %s: cannot start its thread: %s", capture->name,
+			 strerror(-err));
+		atomic_store(&capture->state, CAPTURE_STOPPED);
+		driver->stop(capture->device.camera);
+		return err;
+	}
+	capture->joinable = true;
+	return 0;
+}
+
+void capture_stop(struct capture *capture)
+{
+	if (!capture->joinable)
+		return;
+	atomic_store(&capture->stopping, true);
+	pthread_join(capture->thread, NULL);
+	capture->joinable = false;
+	capture->device.driver->stop(capture->device.camera);
+}
+
+void capture_request_preview(struct capture *capture)
+{
+	int state = atomic_load(&capture->preview.state);
+
+	if (state != PREVIEW_WANTED)
+		atomic_store_explicit(&capture->preview.state, PREVIEW_WANTED,
+				      memory_order_release);
+}

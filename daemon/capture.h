@@ -1,0 +1,91 @@
+/*
+ * One camera: its capture thread takes frames, finds the spots and queues blob sets for the solver.
+ * Pixels never leave that thread, but for a copy into the preview slot when asked.
+ */
+#pragma once
+
+#include <pthread.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+
+#include "base/ring.h"
+#include "config/config.h"
+#include "drivers/open_cameras.h"
+#include "track/blobs.h"
+
+enum capture_state {
+	CAPTURE_STOPPED,
+	CAPTURE_RUNNING,
+	CAPTURE_ENDED, /* the recording is over */
+	CAPTURE_LOST,  /* the device is gone; reopened from the control side */
+};
+
+enum preview_state { PREVIEW_NONE, PREVIEW_WANTED, PREVIEW_READY };
+
+/* One frame and its blobs, copied on request. */
+struct preview {
+	_Atomic int state; /* control: NONE/READY -> WANTED; capture: WANTED -> READY */
+	uint8_t *pixels;   /* rows without padding; owned, room for one frame as granted */
+	size_t capacity_bytes, size_bytes;
+	int width_px, height_px;
+	enum pixel_format format;
+	struct blob_set set;
+};
+
+/* All since the start; any thread reads them. Each frame that is not in a shot is in one of them.
+ */
+struct capture_counters {
+	_Atomic uint64_t frames;      /* came whole */
+	_Atomic uint64_t blobs;       /* found in them */
+	_Atomic uint64_t blobs_lost;  /* beyond what a set holds */
+	_Atomic uint64_t damaged;     /* the driver dropped them as broken */
+	_Atomic uint64_t wrong_size;  /* of another size or format than granted */
+	_Atomic uint64_t wrong_time;  /* exposed more than a second from their arrival */
+	_Atomic uint64_t timeouts;    /* waits in which nothing came */
+	_Atomic uint64_t device_gaps; /* frames that the device counted and did not deliver */
+	_Atomic uint64_t refused;     /* the queue was full: the solver stalled */
+	_Atomic uint64_t stale;       /* counted by the solver: came after their shot was closed */
+	_Atomic uint64_t missing;     /* counted by the solver: shots without this camera */
+	_Atomic uint64_t reopened;    /* times the device was lost and came back */
+};
+
+struct capture {
+	/* set before the thread starts */
+	char name[NAME_BYTES];
+	enum camera_role role;
+	struct open_camera device;
+	struct blob_finder *finder; /* owned; NULL for HD */
+	sem_t *solver_wake;         /* borrowed */
+	int control_wake_fd;        /* eventfd, borrowed */
+
+	/* control thread */
+	pthread_t thread;
+	bool joinable;
+	bool fifo_granted;
+
+	/* capture thread */
+	bool has_seq;
+	uint64_t last_seq;
+
+	struct ring sets; /* of blob_set, capture thread to solver */
+	struct preview preview;
+	_Atomic int state; /* enum capture_state */
+	_Atomic bool stopping;
+	struct capture_counters counters;
+};
+
+/* Takes over the open device. `queue_length`: blob sets to hold while the solver stalls. Returns 0
+ * or -ENOMEM, with the device left to the caller. Control thread, as all below. */
+int capture_init(struct capture *capture, const struct config_camera *camera,
+		 const struct open_camera *device, const struct blob_settings *settings,
+		 uint32_t queue_length);
+void capture_finish(struct capture *capture); /* closes the device; a zeroed capture is fine */
+
+/* Starts the device and the thread. Returns 0 or a negative errno with a message. */
+int capture_start(struct capture *capture, struct diag *diag);
+
+/* Ends the thread, also one that ended by itself, and stops the device. */
+void capture_stop(struct capture *capture);
+
+/* Asks for one frame; preview.state becomes PREVIEW_READY and control_wake_fd is written. */
+void capture_request_preview(struct capture *capture);

@@ -1,0 +1,254 @@
+/*
+ * staged: the motion-capture station. Loads the stage, opens the devices, runs until it is told to
+ * stop. On any error it says everything that is wrong and leaves nothing behind.
+ */
+#include <errno.h>
+#include <getopt.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/stat.h>
+#include <systemd/sd-daemon.h>
+#include <systemd/sd-event.h>
+
+#include "base/clock.h"
+#include "base/exit_codes.h"
+#include "base/log.h"
+#include "daemon/control.h"
+#include "daemon/server.h"
+#include "daemon/station.h"
+
+struct program {
+	const char *config_path;
+	const char *socket_dir; /* of the command line, or NULL */
+	bool check;
+	struct station station;
+	struct stream_description description;
+	sd_event *event;
+	sd_event_source *tick;
+	struct server *server;
+	struct control *control;
+};
+
+static void print_help(void)
+{
+	puts("Usage: staged --config FILE [--socket-dir DIR] [--check]\n"
+	     "Runs a motion-capture station until SIGTERM or SIGINT.\n\nOptions:\n"
+	     "  --config FILE      the stage: rig, layout, cameras\n"
+	     "  --socket-dir DIR   where stream.sock and control.sock go (default: socket_dir of "
+	     "the config)\n"
+	     "  --check            open and check everything, then exit\n"
+	     "  --version\n  --help             this text\n");
+	exit_codes_print(stdout);
+}
+
+/* Negative: go on; else the exit code. */
+static int parse_arguments(struct program *program, int argc, char **argv)
+{
+	static const struct option options[] = {
+		{"config", required_argument, NULL, 'c'},
+		{"socket-dir", required_argument, NULL, 's'},
+		{"check", no_argument, NULL, 'k'},
+		{"version", no_argument, NULL, 'v'},
+		{"help", no_argument, NULL, 'h'},
+		{0},
+	};
+	int chosen;
+
+	while ((chosen = getopt_long(argc, argv, "h", options, NULL)) != -1) {
+		if (chosen == 'c')
+			program->config_path = optarg;
+		else if (chosen == 's')
+			program->socket_dir = optarg;
+		else if (chosen == 'k')
+			program->check = true;
+		else if (chosen == 'v')
+			return puts("staged " STAGE_VERSION), EXIT_CODE_OK;
+		else if (chosen == 'h')
+			return print_help(), EXIT_CODE_OK;
+		else
+			return EXIT_CODE_USAGE;
+	}
+	if (program->config_path && optind == argc)
+		return -1;
+	fputs("usage: staged --config FILE [--socket-dir DIR] [--check]; see staged --help\n",
+	      stderr);
+	return EXIT_CODE_USAGE;
+}
+
+static int make_socket_dir(const char *dir, struct diag *diag)
+{
+	struct stat st;
+
+	if (mkdir(dir, 0755) < 0 && errno != EEXIST) {
+		diag_add(diag,
+			 "%s: cannot create the directory for the sockets: %s; name another one "
+			 "with --socket-dir or socket_dir in the config",
+			 dir, strerror(errno));
+		return -errno;
+	}
+	if (stat(dir, &st) < 0 || !S_ISDIR(st.st_mode)) {
+		diag_add(diag,
+			 "%s: is not a directory; name another one with --socket-dir or socket_dir "
+			 "in the config",
+			 dir);
+		return -ENOTDIR;
+	}
+	return 0;
+}
+
+static void describe_stream(struct program *program)
+{
+	const struct stage *stage = &program->station.stage;
+	struct stream_description *description = &program->description;
+
+	*description = (struct stream_description){
+		.station_version = STAGE_VERSION,
+		.rig_revision = stage->rig.revision,
+		.period_ns = stage->config.plan.period_ns,
+		.camera_count = stage->config.camera_count,
+		.layout = &stage->layout,
+	};
+	for (uint32_t c = 0; c < stage->config.camera_count; c++) {
+		const struct capture *capture = &program->station.captures[c];
+		struct stream_camera *camera = &description->cameras[c];
+
+		memcpy(camera->name, capture->name, sizeof(camera->name));
+		camera->is_hd = capture->role == ROLE_HD;
+		camera->width_px = (uint32_t)capture->device.granted.width_px;
+		camera->height_px = (uint32_t)capture->device.granted.height_px;
+	}
+}
+
+/* The control socket first: it is what tells that another station is running here. */
+static enum exit_code open_sockets(struct program *program, struct diag *diag)
+{
+	const char *dir = program->socket_dir ? program->socket_dir
+					      : program->station.stage.config.socket_dir;
+	char control_path[PATH_MAX + 16], stream_path[PATH_MAX + 16];
+	int err = make_socket_dir(dir, diag);
+
+	if (err)
+		return EXIT_CODE_CONNECTION;
+	snprintf(control_path, sizeof(control_path), "%s/control.sock", dir);
+	snprintf(stream_path, sizeof(stream_path), "%s/stream.sock", dir);
+	describe_stream(program);
+	err = control_create(&program->control, program->event, control_path, &program->station,
+			     diag);
+	if (!err)
+		err = server_create(&program->server, program->event, stream_path,
+				    &program->description, diag);
+	if (!err)
+		control_set_server(program->control, program->server);
+	return exit_code_of(err, EXIT_CODE_CONNECTION);
+}
+
+static int on_wake(sd_event_source *source, int fd, uint32_t events, void *user)
+{
+	struct program *program = user;
+	const struct marker_set *set;
+	eventfd_t ignored;
+
+	(void)source;
+	(void)events;
+	eventfd_read(fd, &ignored);
+	while ((set = station_next_set(&program->station))) {
+		server_publish(program->server, set);
+		station_pop_set(&program->station);
+	}
+	control_answer_previews(program->control);
+	return 0;
+}
+
+static int on_tick(sd_event_source *source, uint64_t time_us, void *user)
+{
+	struct program *program = user;
+
+	station_tick(&program->station);
+	control_tick(program->control);
+	sd_event_source_set_time(source, time_us + 1000000);
+	return sd_event_source_set_enabled(source, SD_EVENT_ONESHOT);
+}
+
+static int watch_events(struct program *program)
+{
+	uint64_t now_us = (uint64_t)clock_now_ns() / 1000;
+	int err = sd_event_add_io(program->event, NULL, program->station.wake_fd, EPOLLIN, on_wake,
+				  program);
+
+	if (err >= 0)
+		err = sd_event_add_time(program->event, &program->tick, CLOCK_MONOTONIC,
+					now_us + 1000000, 10000, on_tick, program);
+	if (err >= 0)
+		err = sd_event_add_signal(program->event, NULL, SIGTERM, NULL, NULL);
+	if (err >= 0)
+		err = sd_event_add_signal(program->event, NULL, SIGINT, NULL, NULL);
+	return err;
+}
+
+/* Before the first thread, so that all inherit it: signals come through the event loop alone. */
+static int make_event_loop(struct program *program)
+{
+	sigset_t signals;
+
+	sigemptyset(&signals);
+	sigaddset(&signals, SIGTERM);
+	sigaddset(&signals, SIGINT);
+	sigprocmask(SIG_BLOCK, &signals, NULL);
+	signal(SIGPIPE, SIG_IGN);
+	return sd_event_default(&program->event);
+}
+
+static enum exit_code run(struct program *program, struct diag *diag)
+{
+	enum exit_code code = open_sockets(program, diag);
+
+	if (code == EXIT_CODE_OK)
+		code = station_start(&program->station, diag);
+	if (code != EXIT_CODE_OK)
+		return code;
+	if (watch_events(program) < 0) {
+		diag_add(diag, "cannot watch for events");
+		return EXIT_CODE_INTERNAL;
+	}
+	log_info("running: %u cameras, rig %s", program->station.stage.config.camera_count,
+		 program->station.stage.rig.revision);
+	sd_notify(0, "READY=1\nSTATUS=running");
+	int result = sd_event_loop(program->event);
+	sd_notify(0, "STOPPING=1");
+	log_info("stopping");
+	return result < 0 ? EXIT_CODE_INTERNAL : EXIT_CODE_OK;
+}
+
+static void finish(struct program *program)
+{
+	control_destroy(program->control);
+	server_destroy(program->server);
+	station_finish(&program->station);
+	sd_event_source_disable_unref(program->tick);
+	sd_event_unref(program->event);
+}
+
+int main(int argc, char **argv)
+{
+	static struct program program;
+	struct diag diag = {0};
+	int code = parse_arguments(&program, argc, argv);
+
+	if (code >= 0)
+		return code;
+	code = make_event_loop(&program) < 0
+		       ? EXIT_CODE_INTERNAL
+		       : station_configure(&program.station, program.config_path, &diag);
+	if (code == EXIT_CODE_OK && program.check)
+		puts("good");
+	else if (code == EXIT_CODE_OK)
+		code = run(&program, &diag);
+	diag_print(&diag, stderr);
+	diag_finish(&diag);
+	finish(&program);
+	return code;
+}

@@ -1,0 +1,20 @@
+/*
+ * The list that the design keeps out of drivers/, so that sim stays above drivers.
+ */
+#include "daemon/program_drivers.h"
+
+#include <stddef.h>
+
+#include "drivers/trigger_free.h"
+#include "sim/world.h"
+
+const struct camera_driver *const camera_drivers[] = {
+	&sim_camera_driver,
+	NULL,
+};
+
+const struct trigger_driver *const trigger_drivers[] = {
+	&free_trigger_driver,
+	&sim_trigger_driver,
+	NULL,
+};

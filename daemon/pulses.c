@@ -1,0 +1,132 @@
+/*
+ * The trigger thread. It neither allocates, locks nor logs.
+ */
+#include "daemon/pulses.h"
+
+#include <errno.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "daemon/realtime.h"
+
+#define NEXT_TIMEOUT_NS (100 * NS_PER_MS)
+
+static void queue_edge(struct pulses *pulses, const struct edge *edge)
+{
+	struct edge *slot = ring_claim(&pulses->edges);
+
+	atomic_fetch_add_explicit(&pulses->edges_count, 1, memory_order_relaxed);
+	if (!slot) {
+		atomic_fetch_add_explicit(&pulses->edges_refused, 1, memory_order_relaxed);
+		return;
+	}
+	*slot = *edge;
+	ring_publish(&pulses->edges);
+	sem_post(pulses->solver_wake);
+}
+
+static void *run_pulses(void *argument)
+{
+	struct pulses *pulses = argument;
+	int err = 0;
+
+	while (!atomic_load_explicit(&pulses->stopping, memory_order_relaxed) &&
+	       (err == 0 || err == -ETIMEDOUT)) {
+		struct edge edge;
+
+		err = pulses->driver->next(pulses->trigger, NEXT_TIMEOUT_NS, &edge);
+		if (err == 0)
+			queue_edge(pulses, &edge);
+	}
+	if (err && err != -ETIMEDOUT)
+		atomic_store(&pulses->lost, true);
+	sem_post(pulses->solver_wake);
+	return NULL;
+}
+
+int pulses_open(struct pulses *pulses, const char *address, const struct trigger_plan *plan,
+		const struct trigger_driver *const *drivers, uint32_t queue_length,
+		struct diag *diag)
+{
+	struct pulses opened = {.plan = *plan};
+	const char *rest;
+
+	opened.driver = trigger_driver_find(drivers, address, &rest, diag);
+	if (!opened.driver)
+		return -EINVAL;
+	int err = opened.driver->open(&opened.trigger, rest, diag);
+	if (err)
+		return err;
+	err = ring_init(&opened.edges, sizeof(struct edge), queue_length);
+	if (err) {
+		opened.driver->close(opened.trigger);
+		return err;
+	}
+	*pulses = opened;
+	return 0;
+}
+
+void pulses_close(struct pulses *pulses)
+{
+	if (pulses->trigger)
+		pulses->driver->close(pulses->trigger);
+	ring_finish(&pulses->edges);
+	memset(pulses, 0, sizeof(*pulses));
+}
+
+int pulses_start(struct pulses *pulses, struct diag *diag)
+{
+	bool granted;
+	int err = pulses->driver->arm(pulses->trigger, &pulses->plan, diag);
+
+	if (err)
+		return err;
+	pulses->armed = true;
+	atomic_store(&pulses->stopping, false);
+	if (!pulses->driver->reports_edges)
+		return 0;
+	err = realtime_thread_start(&pulses->thread, "trigger", PRIORITY_TRIGGER, run_pulses,
+				    pulses, &granted);
+	if (err) {
+		diag_add(diag, "trigger: cannot start its thread: %s", strerror(-err));
+		pulses_stop(pulses);
+		return err;
+	}
+	pulses->joinable = true;
+	return 0;
+}
+
+void pulses_stop(struct pulses *pulses)
+{
+	atomic_store(&pulses->stopping, true);
+	if (pulses->joinable)
+		pthread_join(pulses->thread, NULL);
+	pulses->joinable = false;
+	if (pulses->armed)
+		pulses->driver->disarm(pulses->trigger);
+	pulses->armed = false;
+}
+
+struct front pulses_front(struct pulses *pulses, const struct edge **edge)
+{
+	bool lost = atomic_load(&pulses->lost);
+
+	*edge = ring_peek(&pulses->edges, 0);
+	if (!*edge)
+		return (struct front){.state = lost ? FRONT_ENDED : FRONT_WAITING};
+	return (struct front){FRONT_READY, (*edge)->shot,
+			      (*edge)->edge_ns + plan_mid_exposure_ns(&pulses->plan)};
+}
+
+int64_t plan_mid_exposure_ns(const struct trigger_plan *plan)
+{
+	int64_t begin_ns = plan->ir_delay_ns, end_ns = plan->ir_delay_ns + plan->ir_exposure_ns;
+	int64_t lit_ns = plan->strobe_delay_ns,
+		dark_ns = plan->strobe_delay_ns + plan->strobe_width_ns;
+
+	if (plan->strobe_width_ns > 0 && lit_ns < end_ns && dark_ns > begin_ns) {
+		begin_ns = lit_ns > begin_ns ? lit_ns : begin_ns;
+		end_ns = dark_ns < end_ns ? dark_ns : end_ns;
+	}
+	return begin_ns + (end_ns - begin_ns) / 2;
+}

@@ -1,0 +1,50 @@
+/*
+ * The trigger and its thread: every edge it reports goes to the solver. A trigger that reports none
+ * (free running) has no thread.
+ */
+#pragma once
+
+#include <pthread.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+
+#include "base/ring.h"
+#include "drivers/trigger.h"
+#include "track/sync.h"
+
+struct pulses {
+	/* set before the thread starts */
+	const struct trigger_driver *driver;
+	struct trigger *trigger; /* owned */
+	struct trigger_plan plan;
+	sem_t *solver_wake; /* borrowed */
+
+	/* control thread */
+	pthread_t thread;
+	bool armed, joinable;
+
+	struct ring edges; /* of struct edge, trigger thread to solver */
+	_Atomic bool stopping;
+	_Atomic bool lost; /* the trigger is gone */
+	_Atomic uint64_t edges_count;
+	_Atomic uint64_t edges_refused; /* the queue was full */
+};
+
+/* Opens the trigger of an address. Returns 0 or a negative errno with a message. Control thread, as
+ * all below. */
+int pulses_open(struct pulses *pulses, const char *address, const struct trigger_plan *plan,
+		const struct trigger_driver *const *drivers, uint32_t queue_length,
+		struct diag *diag);
+void pulses_close(struct pulses *pulses); /* a zeroed struct is fine */
+
+/* Arms the trigger, once the cameras are started. */
+int pulses_start(struct pulses *pulses, struct diag *diag);
+void pulses_stop(struct pulses *pulses); /* all lines dark when it returns */
+
+/* Solver. The oldest edge as a front that asks for its mid-exposure; `*edge` is NULL without one.
+ */
+struct front pulses_front(struct pulses *pulses, const struct edge **edge);
+
+/* From the edge to the middle of the time in which IR light is collected: the overlap of exposure
+ * and strobe, or the exposure alone when no strobe is planned. */
+int64_t plan_mid_exposure_ns(const struct trigger_plan *plan);

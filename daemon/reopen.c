@@ -1,0 +1,54 @@
+/*
+ * One attempt per helper thread.
+ */
+#include "daemon/reopen.h"
+
+static void *run_attempt(void *argument)
+{
+	struct reopener *reopener = argument;
+	struct open_camera *device = &reopener->device;
+
+	if (device->camera)
+		device->driver->close(device->camera);
+	device->camera = NULL;
+	reopener->error = open_camera_by_config(device, reopener->stage, reopener->camera,
+						reopener->drivers, &reopener->diag);
+	atomic_store(&reopener->done, true);
+	return NULL;
+}
+
+bool reopen_begin(struct reopener *reopener, const struct stage *stage,
+		  const struct camera_driver *const *drivers, uint32_t index,
+		  const struct open_camera *lost)
+{
+	if (reopener->busy)
+		return false;
+	reopener->stage = stage;
+	reopener->drivers = drivers;
+	reopener->camera = index;
+	reopener->device = *lost;
+	atomic_store(&reopener->done, false);
+	reopener->busy = pthread_create(&reopener->thread, NULL, run_attempt, reopener) == 0;
+	return reopener->busy;
+}
+
+bool reopen_poll(struct reopener *reopener)
+{
+	if (!reopener->busy || !atomic_load(&reopener->done))
+		return false;
+	pthread_join(reopener->thread, NULL);
+	reopener->busy = false;
+	diag_finish(&reopener->diag);
+	return true;
+}
+
+void reopen_finish(struct reopener *reopener)
+{
+	if (!reopener->busy)
+		return;
+	pthread_join(reopener->thread, NULL);
+	if (reopener->error == 0)
+		reopener->device.driver->close(reopener->device.camera);
+	reopener->busy = false;
+	diag_finish(&reopener->diag);
+}

@@ -1,0 +1,251 @@
+/*
+ * The solver thread. It neither allocates, locks nor logs.
+ */
+#include "daemon/solver.h"
+
+#include <errno.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <time.h>
+
+#include "base/clock.h"
+#include "daemon/realtime.h"
+#include "track/shot.h"
+
+/* A camera that is merely late shows up within a period; only a silent one takes the whole wait. */
+#define DEADLINE_PERIODS 3
+/* A camera that missed as many shots in a row is not waited for, until it sends again. */
+#define SILENT_AFTER_SHOTS 12
+#define IDLE_WAIT_NS (100 * NS_PER_MS)
+
+/* The fronts of one look at all queues. */
+struct fronts {
+	const struct blob_set *sets[CAMERA_MAX];
+	struct front cameras[CAMERA_MAX];
+	struct front edge;
+	const struct edge *edge_item;
+	int64_t oldest_ns; /* when the oldest front came; INT64_MAX without any */
+	bool all_ended;
+};
+
+static uint32_t camera_count(const struct solver *solver)
+{
+	return solver->stage->config.camera_count;
+}
+
+static void count(_Atomic uint64_t *counter, uint64_t more)
+{
+	atomic_fetch_add_explicit(counter, more, memory_order_relaxed);
+}
+
+static void look_at_edge(struct solver *solver, struct fronts *fronts)
+{
+	fronts->edge_item = NULL;
+	if (!solver->pulses)
+		return;
+	fronts->edge = pulses_front(solver->pulses, &fronts->edge_item);
+	if (fronts->edge_item && fronts->edge.mid_exposure_ns < fronts->oldest_ns)
+		fronts->oldest_ns = fronts->edge.mid_exposure_ns;
+}
+
+/* Cameras that stay silent are fronts that ended, as long as another one still sends. */
+static void pass_over_silent(const struct solver *solver, struct fronts *fronts)
+{
+	uint32_t silent = 0, others = 0;
+
+	for (uint32_t c = 0; c < camera_count(solver); c++) {
+		if (fronts->cameras[c].state == FRONT_ENDED)
+			continue;
+		bool is_silent = fronts->cameras[c].state == FRONT_WAITING &&
+				 solver->missed_in_a_row[c] >= SILENT_AFTER_SHOTS;
+		*(is_silent ? &silent : &others) |= UINT32_C(1) << c;
+	}
+	for (uint32_t left = others ? silent : 0; left; left &= left - 1)
+		fronts->cameras[__builtin_ctz(left)].state = FRONT_ENDED;
+}
+
+static void look(struct solver *solver, struct fronts *fronts)
+{
+	fronts->oldest_ns = INT64_MAX;
+	fronts->all_ended = true;
+	for (uint32_t c = 0; c < camera_count(solver); c++) {
+		struct capture *capture = &solver->captures[c];
+		/* the state before the queue: what was queued before the end is still seen */
+		bool ended =
+			atomic_load(&capture->state) != CAPTURE_RUNNING || capture->role != ROLE_IR;
+		const struct blob_set *set =
+			capture->role == ROLE_IR ? ring_peek(&capture->sets, 0) : NULL;
+
+		fronts->sets[c] = set;
+		fronts->cameras[c] = front_of_queue(set, ended);
+		if (set && set->found_ns < fronts->oldest_ns)
+			fronts->oldest_ns = set->found_ns;
+		if (set || !ended)
+			fronts->all_ended = false;
+	}
+	look_at_edge(solver, fronts);
+	pass_over_silent(solver, fronts);
+}
+
+static void count_cameras(struct solver *solver, const struct shot *shot)
+{
+	for (uint32_t c = 0; c < camera_count(solver); c++) {
+		if (!(shot->missing_mask >> c & 1)) {
+			solver->missed_in_a_row[c] = 0;
+			continue;
+		}
+		solver->missed_in_a_row[c]++;
+		count(&solver->captures[c].counters.missing, 1);
+	}
+	count(&solver->shots, 1);
+	count(&solver->incomplete, shot->missing_mask != 0);
+}
+
+static void stamp(struct marker_set *set, const struct shot *shot)
+{
+	set->arrival_ns = set->found_ns = 0;
+	for (uint32_t c = 0; c < shot->camera_count; c++) {
+		const struct blob_set *blobs = shot->sets[c];
+
+		if (blobs && blobs->arrival_ns > set->arrival_ns)
+			set->arrival_ns = blobs->arrival_ns;
+		if (blobs && blobs->found_ns > set->found_ns)
+			set->found_ns = blobs->found_ns;
+	}
+	set->solved_ns = clock_now_ns();
+}
+
+/* A full queue towards the control thread loses the set; the shot then counts as lost. */
+static void track(struct solver *solver, const struct sync_decision *decision,
+		  const struct fronts *fronts)
+{
+	struct shot shot;
+
+	shot_gather(&shot, decision, fronts->sets, camera_count(solver), solver->stage->ir_mask);
+	struct marker_set *set = ring_claim(&solver->sets);
+	if (!set) {
+		count(&solver->lost, 1);
+		return;
+	}
+	tracker_run(&solver->tracker, solver->scratch, &solver->stage->tracking, &shot, set);
+	stamp(set, &shot);
+	ring_publish(&solver->sets);
+	eventfd_write(solver->control_wake_fd, 1);
+	count_cameras(solver, &shot);
+}
+
+static void consume(struct solver *solver, const struct sync_decision *decision)
+{
+	for (uint32_t c = 0; c < camera_count(solver); c++) {
+		uint32_t bit = UINT32_C(1) << c;
+
+		if ((decision->member_mask | decision->stale_mask) & bit)
+			ring_pop(&solver->captures[c].sets);
+		count(&solver->captures[c].counters.stale, (decision->stale_mask & bit) != 0);
+	}
+	if (decision->edge_used)
+		ring_pop(&solver->pulses->edges);
+}
+
+/* One step; false when there is nothing to do but wait, at most until `*wake_ns`. */
+static bool solve_next(struct solver *solver, int64_t *wake_ns)
+{
+	struct sync_decision decision;
+	struct fronts fronts;
+	bool had_shot = solver->sync.started;
+	uint64_t last_shot = solver->sync.last_shot;
+	int64_t now_ns = clock_now_ns();
+
+	look(solver, &fronts);
+	int64_t deadline_ns = fronts.oldest_ns == INT64_MAX
+				      ? now_ns + IDLE_WAIT_NS
+				      : fronts.oldest_ns + solver->deadline_ns;
+	enum sync_result result =
+		sync_next(&solver->sync, fronts.cameras, camera_count(solver),
+			  solver->pulses ? &fronts.edge : NULL, now_ns >= deadline_ns, &decision);
+	atomic_store_explicit(&solver->all_ended, fronts.all_ended, memory_order_relaxed);
+	if (result == SYNC_SHOT) {
+		if (had_shot)
+			count(&solver->lost, decision.shot - last_shot - 1);
+		track(solver, &decision, &fronts);
+	}
+	consume(solver, &decision);
+	*wake_ns = now_ns >= deadline_ns ? now_ns + IDLE_WAIT_NS : deadline_ns;
+	if (result == SYNC_END && fronts.edge_item) { /* pulses for nobody */
+		ring_pop(&solver->pulses->edges);
+		return true;
+	}
+	return result == SYNC_SHOT || result == SYNC_STALE;
+}
+
+static void wait_until(struct solver *solver, int64_t wake_ns)
+{
+	struct timespec wake = {.tv_sec = wake_ns / NS_PER_S, .tv_nsec = wake_ns % NS_PER_S};
+
+	sem_clockwait(&solver->wake, CLOCK_MONOTONIC, &wake);
+	while (sem_trywait(&solver->wake) == 0)
+		; /* one look serves all that was posted */
+}
+
+static void *run_solver(void *argument)
+{
+	struct solver *solver = argument;
+
+	while (!atomic_load_explicit(&solver->stopping, memory_order_relaxed)) {
+		int64_t wake_ns;
+
+		if (!solve_next(solver, &wake_ns))
+			wait_until(solver, wake_ns);
+	}
+	return NULL;
+}
+
+int solver_init(struct solver *solver, const struct stage *stage, struct capture *captures,
+		struct pulses *pulses, int control_wake_fd, uint32_t queue_length)
+{
+	memset(solver, 0, sizeof(*solver));
+	solver->stage = stage;
+	solver->captures = captures;
+	solver->pulses = pulses;
+	solver->control_wake_fd = control_wake_fd;
+	solver->deadline_ns = DEADLINE_PERIODS * stage->config.plan.period_ns;
+	int err = tracker_scratch_create(&solver->scratch);
+	if (!err)
+		err = ring_init(&solver->sets, sizeof(struct marker_set), queue_length);
+	if (err) {
+		solver_finish(solver);
+		return err;
+	}
+	sem_init(&solver->wake, 0, 0);
+	solver->sync.period_ns = stage->config.plan.period_ns;
+	tracker_state_init(&solver->tracker, &stage->layout);
+	return 0;
+}
+
+void solver_finish(struct solver *solver)
+{
+	tracker_scratch_destroy(solver->scratch);
+	ring_finish(&solver->sets);
+	memset(solver, 0, sizeof(*solver));
+}
+
+int solver_start(struct solver *solver, struct diag *diag)
+{
+	int err = realtime_thread_start(&solver->thread, "solver", PRIORITY_SOLVER, run_solver,
+					solver, &solver->fifo_granted);
+
+	if (err)
+		diag_add(diag, "solver: cannot start its thread: %s", strerror(-err));
+	solver->joinable = !err;
+	return err;
+}
+
+void solver_stop(struct solver *solver)
+{
+	if (!solver->joinable)
+		return;
+	atomic_store(&solver->stopping, true);
+	sem_post(&solver->wake);
+	pthread_join(solver->thread, NULL);
+	solver->joinable = false;
+}

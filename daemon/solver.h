@@ -1,0 +1,53 @@
+/*
+ * The solver thread: takes the fronts of all queues, asks sync which of them are a shot, tracks it
+ * and queues the marker set for the control thread. A shot is closed at a deadline, so that no
+ * camera can stall it.
+ */
+#pragma once
+
+#include <pthread.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+
+#include "base/ring.h"
+#include "config/stage.h"
+#include "daemon/capture.h"
+#include "daemon/pulses.h"
+#include "track/sync.h"
+
+struct solver {
+	/* set before the thread starts; all borrowed but the scratch */
+	const struct stage *stage;
+	struct capture *captures;
+	struct pulses *pulses; /* NULL when no trigger reports edges */
+	int control_wake_fd;
+	int64_t deadline_ns; /* after the oldest front was found */
+	struct tracker_scratch *scratch;
+
+	/* control thread */
+	pthread_t thread;
+	bool joinable;
+	bool fifo_granted;
+
+	/* solver thread */
+	struct sync sync;
+	struct tracker_state tracker;
+	uint32_t missed_in_a_row[CAMERA_MAX];
+
+	sem_t wake;       /* capture and trigger threads post it */
+	struct ring sets; /* of marker_set, solver to control thread */
+	_Atomic bool stopping;
+	_Atomic bool all_ended;
+	/* any thread reads */
+	_Atomic uint64_t shots;      /* marker sets made */
+	_Atomic uint64_t incomplete; /* of them, those with a camera missing */
+	_Atomic uint64_t lost;       /* shot numbers that no marker set bears */
+};
+
+/* Control thread. Returns 0 or -ENOMEM. */
+int solver_init(struct solver *solver, const struct stage *stage, struct capture *captures,
+		struct pulses *pulses, int control_wake_fd, uint32_t queue_length);
+void solver_finish(struct solver *solver); /* a zeroed solver is fine */
+
+int solver_start(struct solver *solver, struct diag *diag);
+void solver_stop(struct solver *solver);

@@ -1,0 +1,206 @@
+/*
+ * Configuring, starting and stopping the station, in the order that leaves nothing half-started:
+ * files, simulated world, cameras, trigger; then captures, solver, trigger last.
+ */
+#include "daemon/station.h"
+
+#include <errno.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "base/clock.h"
+#include "base/log.h"
+#include "daemon/program_drivers.h"
+#include "daemon/realtime.h"
+#include "sim/world.h"
+
+#define QUEUE_NS                                                                        \
+	(300 * NS_PER_MS) /* a stall of the solver or of the control thread is survived \
+			   */
+#define QUEUE_MIN 16
+#define SIM_CAMERA_MIN 4 /* of a scene; a config with fewer looks at the scene's own number */
+#define SIM_CAMERA_MAX 8
+
+static uint32_t queue_length(const struct config *config)
+{
+	int64_t length = QUEUE_NS / config->plan.period_ns + 2;
+
+	return length > QUEUE_MIN ? (uint32_t)length : QUEUE_MIN;
+}
+
+/* What a failed open says about the input, or about the device. */
+static enum exit_code open_exit_code(int err)
+{
+	switch (err) {
+	case -EINVAL:
+	case -EBADMSG:
+	case -EPROTO:
+	case -EILSEQ:
+		return EXIT_CODE_BAD_INPUT;
+	default:
+		return exit_code_of(err, EXIT_CODE_DEVICE);
+	}
+}
+
+static bool wants_world(const struct config *config)
+{
+	bool wanted = strncmp(config->trigger, "sim", 3) == 0;
+
+	for (uint32_t c = 0; c < config->camera_count; c++)
+		wanted |= strncmp(config->cameras[c].address, "sim:", 4) == 0;
+	return wanted;
+}
+
+static int open_world(struct station *station, struct diag *diag)
+{
+	const struct config *config = &station->stage.config;
+	uint32_t ir_count = (uint32_t)__builtin_popcount(station->stage.ir_mask);
+	struct sim_options options = {
+		.scene = config->sim_scene[0] ? config->sim_scene : NULL,
+		.seed = config->sim_seed,
+		.camera_count =
+			ir_count >= SIM_CAMERA_MIN && ir_count <= SIM_CAMERA_MAX ? ir_count : 0,
+		.rate_hz = 1e9 / (double)config->plan.period_ns,
+	};
+
+	if (!wants_world(config))
+		return 0;
+	int err = sim_world_open(&options, config->sim_epoch_ns, diag);
+	station->world_open = !err;
+	return err;
+}
+
+/* Hands the open devices to the captures; closes those that could not be handed over. */
+static int init_captures(struct station *station, struct open_camera *devices, struct diag *diag)
+{
+	const struct config *config = &station->stage.config;
+	int err = 0;
+
+	for (uint32_t c = 0; c < config->camera_count; c++) {
+		struct capture *capture = &station->captures[c];
+
+		if (!err)
+			err = capture_init(capture, &config->cameras[c], &devices[c],
+					   &config->blobs, queue_length(config));
+		if (!err)
+			devices[c].camera = NULL;
+		capture->control_wake_fd = station->wake_fd;
+		capture->solver_wake = &station->solver.wake;
+	}
+	close_cameras(devices, config->camera_count);
+	if (err)
+		diag_add(diag, "out of memory for the cameras' queues");
+	return err;
+}
+
+static enum exit_code open_devices(struct station *station, struct diag *diag)
+{
+	const struct config *config = &station->stage.config;
+	struct open_camera devices[CAMERA_MAX];
+	int err = open_world(station, diag);
+
+	if (err)
+		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+	err = open_cameras(devices, &station->stage, UINT32_MAX, camera_drivers, diag);
+	if (err)
+		return open_exit_code(err);
+	err = init_captures(station, devices, diag);
+	if (err)
+		return EXIT_CODE_INTERNAL;
+	err = pulses_open(&station->pulses, config->trigger, &config->plan, trigger_drivers,
+			  queue_length(config), diag);
+	if (err)
+		return open_exit_code(err);
+	station->pulses.solver_wake = &station->solver.wake;
+	bool has_edges = station->pulses.driver->reports_edges;
+	err = solver_init(&station->solver, &station->stage, station->captures,
+			  has_edges ? &station->pulses : NULL, station->wake_fd,
+			  queue_length(config));
+	return err ? EXIT_CODE_INTERNAL : EXIT_CODE_OK;
+}
+
+enum exit_code station_configure(struct station *station, const char *config_path,
+				 struct diag *diag)
+{
+	memset(station, 0, sizeof(*station));
+	station->wake_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+	int err = stage_load(&station->stage, config_path, diag);
+	enum exit_code code =
+		err ? exit_code_of(err, EXIT_CODE_BAD_INPUT) : open_devices(station, diag);
+
+	if (code != EXIT_CODE_OK) {
+		station_finish(station);
+		return code;
+	}
+	station->state = STATION_CONFIGURED;
+	return EXIT_CODE_OK;
+}
+
+static int start_threads(struct station *station, struct diag *diag)
+{
+	int err = solver_start(&station->solver, diag);
+
+	for (uint32_t c = 0; c < station->stage.config.camera_count && !err; c++)
+		err = capture_start(&station->captures[c], diag);
+	return err ? err : pulses_start(&station->pulses, diag);
+}
+
+enum exit_code station_start(struct station *station, struct diag *diag)
+{
+	station->memory_locked = realtime_lock_memory();
+	int err = start_threads(station, diag);
+
+	if (err) {
+		station_stop(station);
+		return open_exit_code(err);
+	}
+	station->started_ns = station->statistics.last_ns = clock_now_ns();
+	station->state = STATION_RUNNING;
+	if (!station_is_realtime(station))
+		log_warning("normal scheduling, because SCHED_FIFO is not allowed: latencies are "
+			    "not bounded; set LimitRTPRIO=99 in the unit");
+	return EXIT_CODE_OK;
+}
+
+void station_stop(struct station *station)
+{
+	pulses_stop(&station->pulses);
+	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
+		atomic_store(&station->captures[c].stopping, true); /* all at once, then join */
+	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
+		capture_stop(&station->captures[c]);
+	solver_stop(&station->solver);
+	reopen_finish(&station->reopener);
+	station->state = STATION_CONFIGURED;
+}
+
+void station_finish(struct station *station)
+{
+	if (station->state >= STATION_RUNNING)
+		station_stop(station);
+	solver_finish(&station->solver);
+	pulses_close(&station->pulses);
+	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
+		capture_finish(&station->captures[c]);
+	if (station->world_open)
+		sim_world_close();
+	if (station->wake_fd > 0)
+		close(station->wake_fd);
+	stage_finish(&station->stage);
+	memset(station, 0, sizeof(*station));
+}
+
+const struct marker_set *station_next_set(struct station *station)
+{
+	const struct marker_set *set = ring_peek(&station->solver.sets, 0);
+
+	if (set)
+		statistics_add_set(&station->statistics, set);
+	return set;
+}
+
+void station_pop_set(struct station *station)
+{
+	ring_pop(&station->solver.sets);
+}

@@ -1,0 +1,58 @@
+/*
+ * The station: everything that captures and solves, and the states it goes through. Owned by the
+ * control thread, on which all calls run.
+ */
+#pragma once
+
+#include "base/exit_codes.h"
+#include "config/stage.h"
+#include "daemon/capture.h"
+#include "daemon/pulses.h"
+#include "daemon/reopen.h"
+#include "daemon/solver.h"
+#include "daemon/statistics.h"
+
+enum station_state {
+	STATION_IDLE,       /* nothing is open */
+	STATION_CONFIGURED, /* rig, layout and devices are open and checked; nothing runs */
+	STATION_RUNNING,
+	STATION_ENDED, /* all recordings are over; still answers and shows what there was */
+};
+
+struct station {
+	enum station_state state;
+	struct stage stage;
+	struct capture captures[CAMERA_MAX]; /* of stage.config.camera_count */
+	struct pulses pulses;
+	struct solver solver;
+	struct reopener reopener;
+	struct statistics statistics;
+	int wake_fd; /* eventfd: marker sets or previews are ready, or a camera changed */
+	bool world_open;
+	bool memory_locked;
+	int64_t started_ns;
+};
+
+/* idle -> configured. On failure all messages are in `diag`, nothing is held, and the exit code
+ * that fits is returned. */
+enum exit_code station_configure(struct station *station, const char *config_path,
+				 struct diag *diag);
+
+/* configured -> running. On failure it is configured again. */
+enum exit_code station_start(struct station *station, struct diag *diag);
+
+void station_stop(struct station *station);   /* running or ended -> configured */
+void station_finish(struct station *station); /* -> idle; a zeroed station is fine */
+
+/* Once a second: statistics, lost cameras, the end of recordings. */
+void station_tick(struct station *station);
+
+/* The next marker set for the subscribers, or NULL; valid until station_pop_set(). */
+const struct marker_set *station_next_set(struct station *station);
+void station_pop_set(struct station *station);
+
+const char *station_state_name(enum station_state state);
+const char *capture_state_name(enum capture_state state);
+
+/* Threads that asked for SCHED_FIFO and have it: all of them. */
+bool station_is_realtime(const struct station *station);

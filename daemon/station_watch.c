@@ -1,0 +1,119 @@
+/*
+ * What the station does about its cameras once a second: those that were lost are reopened, and
+ * when every recording is over the station has ended.
+ */
+#include "base/clock.h"
+#include "base/log.h"
+#include "daemon/program_drivers.h"
+#include "daemon/station.h"
+
+static const char *const station_state_names[] = {
+	[STATION_IDLE] = "idle",
+	[STATION_CONFIGURED] = "configured",
+	[STATION_RUNNING] = "running",
+	[STATION_ENDED] = "ended",
+};
+
+static const char *const capture_state_names[] = {
+	[CAPTURE_STOPPED] = "stopped",
+	[CAPTURE_RUNNING] = "running",
+	[CAPTURE_ENDED] = "ended",
+	[CAPTURE_LOST] = "lost",
+};
+
+const char *station_state_name(enum station_state state)
+{
+	return station_state_names[state];
+}
+
+const char *capture_state_name(enum capture_state state)
+{
+	return capture_state_names[state];
+}
+
+bool station_is_realtime(const struct station *station)
+{
+	bool realtime = station->solver.fifo_granted;
+
+	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
+		realtime &= station->captures[c].fifo_granted;
+	return realtime;
+}
+
+static bool same_images(const struct camera_mode *a, const struct camera_mode *b)
+{
+	return a->width_px == b->width_px && a->height_px == b->height_px && a->format == b->format;
+}
+
+static void take_back(struct station *station)
+{
+	struct reopener *reopener = &station->reopener;
+	struct capture *capture = &station->captures[reopener->camera];
+	struct camera_mode before = capture->device.granted;
+	struct diag diag = {0};
+
+	if (reopener->error)
+		return;
+	if (!same_images(&before, &reopener->device.granted)) {
+		log_error("camera %s: came back with images of another size or format: it stays "
+			  "out; restart the station",
+			  capture->name);
+		atomic_store(&capture->state, CAPTURE_STOPPED);
+		reopener->device.driver->close(reopener->device.camera);
+		return;
+	}
+	capture->device = reopener->device;
+	if (capture_start(capture, &diag) == 0) {
+		atomic_fetch_add(&capture->counters.reopened, 1);
+		log_info("camera %s: is back", capture->name);
+	} else {
+		atomic_store(&capture->state, CAPTURE_LOST);
+	}
+	diag_finish(&diag);
+}
+
+static void watch_camera(struct station *station, uint32_t index)
+{
+	struct capture *capture = &station->captures[index];
+	int state = atomic_load(&capture->state);
+
+	if (state == CAPTURE_RUNNING)
+		return;
+	if (capture->joinable) {
+		capture_stop(capture);
+		if (state == CAPTURE_LOST)
+			log_warning("camera %s: lost; the station runs on without it and looks "
+				    "for it every second",
+				    capture->name);
+		else if (state == CAPTURE_ENDED)
+			log_info("camera %s: the recording is over", capture->name);
+	}
+	if (state == CAPTURE_LOST && reopen_begin(&station->reopener, &station->stage,
+						  camera_drivers, index, &capture->device))
+		capture->device.camera = NULL;
+}
+
+static bool all_ended(const struct station *station)
+{
+	bool ended = true;
+
+	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
+		ended &= atomic_load(&station->captures[c].state) == CAPTURE_ENDED;
+	return ended;
+}
+
+void station_tick(struct station *station)
+{
+	uint32_t camera_count = station->stage.config.camera_count;
+
+	statistics_update(&station->statistics, station->captures, camera_count,
+			  atomic_load(&station->solver.shots), clock_now_ns());
+	if (reopen_poll(&station->reopener))
+		take_back(station);
+	for (uint32_t c = 0; c < camera_count; c++)
+		watch_camera(station, c);
+	if (station->state == STATION_RUNNING && all_ended(station)) {
+		station->state = STATION_ENDED;
+		log_info("all recordings are over; the station stays up until it is stopped");
+	}
+}

@@ -1,0 +1,77 @@
+/*
+ * From addresses to open, configured cameras.
+ */
+#include "drivers/open_cameras.h"
+
+#include <errno.h>
+#include <string.h>
+
+static int check_images(const struct stage *stage, uint32_t index,
+			const struct camera_mode *granted, struct diag *diag)
+{
+	const struct config_camera *camera = &stage->config.cameras[index];
+
+	if (camera->role != ROLE_IR)
+		return 0;
+	if (granted->format != PIXEL_GREY8) {
+		diag_add(diag,
+			 "camera %s: %s does not deliver 8-bit grey images, which an IR camera "
+			 "must; "
+			 "set its pixel format to Mono8 or its role to hd",
+			 camera->name, camera->address);
+		return -EINVAL;
+	}
+	return rig_check_size(&stage->rig, stage->view_index[index], granted->width_px,
+			      granted->height_px, diag);
+}
+
+int open_camera_by_config(struct open_camera *out, const struct stage *stage, uint32_t index,
+			  const struct camera_driver *const *drivers, struct diag *diag)
+{
+	const struct config_camera *wanted = &stage->config.cameras[index];
+	struct open_camera opened = {0};
+	const char *rest;
+
+	opened.driver = camera_driver_find(drivers, wanted->address, &rest, diag);
+	if (!opened.driver)
+		return -EINVAL;
+	int err = opened.driver->open(&opened.camera, rest, stage->config.base_dir, diag);
+	if (err)
+		return err;
+	err = opened.driver->configure(opened.camera, &wanted->wanted, &opened.granted, diag);
+	if (!err)
+		err = check_images(stage, index, &opened.granted, diag);
+	if (err) {
+		opened.driver->close(opened.camera);
+		return err;
+	}
+	*out = opened;
+	return 0;
+}
+
+int open_cameras(struct open_camera *out, const struct stage *stage, uint32_t camera_mask,
+		 const struct camera_driver *const *drivers, struct diag *diag)
+{
+	uint32_t count = stage->config.camera_count;
+	int first_err = 0;
+
+	memset(out, 0, count * sizeof(*out));
+	for (uint32_t c = 0; c < count; c++) {
+		if (!(camera_mask >> c & 1))
+			continue;
+		int err = open_camera_by_config(&out[c], stage, c, drivers, diag);
+		if (err && !first_err)
+			first_err = err;
+	}
+	if (first_err)
+		close_cameras(out, count);
+	return first_err;
+}
+
+void close_cameras(struct open_camera *cameras, uint32_t count)
+{
+	for (uint32_t c = 0; c < count; c++)
+		if (cameras[c].camera)
+			cameras[c].driver->close(cameras[c].camera);
+	memset(cameras, 0, count * sizeof(*cameras));
+}
