@@ -99,15 +99,14 @@ void child_explain(const struct child *child, struct diag *diag)
 	}
 }
 
-bool child_has_said(const struct child *child, const char *word)
+bool child_find_line(const struct child *child, const char *word, char *line, size_t size)
 {
-	char line[512];
 	bool found = false;
 	FILE *log = fopen(child->log_path, "r");
 
 	if (!log)
 		return false;
-	while (!found && fgets(line, sizeof(line), log))
+	while (!found && fgets(line, (int)size, log))
 		found = strncmp(line, word, strlen(word)) == 0;
 	fclose(log);
 	return found;

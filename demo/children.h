@@ -29,5 +29,5 @@ void child_stop(struct child *child);
 /* Adds that the child ended, and the last lines of its log. */
 void child_explain(const struct child *child, struct diag *diag);
 
-/* True when a line of the child's log begins with `word`. */
-bool child_has_said(const struct child *child, const char *word);
+/* Copies the first line of the child's log that begins with `word`; false when there is none. */
+bool child_find_line(const struct child *child, const char *word, char *line, size_t size);

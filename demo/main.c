@@ -50,6 +50,7 @@ struct demo {
 	bool with_table;
 	int64_t start_ns;     /* of the program */
 	int64_t first_set_ns; /* received; 0 = none yet */
+	int64_t end_ns;       /* of judging */
 	int64_t next_show_ns;
 };
 
@@ -191,11 +192,10 @@ static void explain_children(struct demo *demo, struct diag *diag)
 
 static int conclude(struct demo *demo)
 {
-	int64_t now_ns = clock_now_ns();
 	int64_t first_label_ns = demo->referee.first_label_ns;
-	struct results results = referee_results(&demo->referee, now_ns - GRACE_NS);
+	struct results results = referee_results(&demo->referee, demo->end_ns - GRACE_NS);
 
-	demo->facts.seconds = (double)(now_ns - demo->first_set_ns) / 1e9;
+	demo->facts.seconds = (double)(demo->end_ns - demo->first_set_ns) / 1e9;
 	demo->facts.startup_s =
 		first_label_ns ? (double)(first_label_ns - demo->start_ns) / 1e9 : NAN;
 	if (demo->options.json)
@@ -213,12 +213,14 @@ static int run(struct demo *demo, struct diag *diag)
 		r = watch(demo, diag);
 	if (r < 0 && r != -EINTR)
 		explain_children(demo, diag);
+	demo->end_ns = clock_now_ns();
 	stand_stop(&demo->stand);
 	if (r == -EINTR)
 		return EXIT_INTERRUPTED;
 	if (r < 0 && !demo->first_set_ns)
 		return EXIT_NOT_STARTED;
 	demo->facts.ended_early = r < 0;
+	demo->facts.cameras_counted = stand_camera_counts(&demo->stand, &demo->facts.cameras);
 	return conclude(demo);
 }
 

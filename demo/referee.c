@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/clock.h"
@@ -184,6 +185,7 @@ void referee_judge(struct referee *referee, const struct stage_marker_set *set, 
 	sim_scene_truth(referee->scene, (double)mid_ns / 1e9, &referee->truth);
 	histogram_add(&referee->timestamp_error_s, fabs((double)late_ns) / 1e9);
 	histogram_add(&referee->latency_s, fmax(0, (double)(received_ns - set->arrival_ns)) / 1e9);
+	referee->beyond_bound_count += llabs(late_ns) > set->uncertainty_ns;
 	referee->sets_received++;
 	referee->sets_incomplete += set->missing_mask != 0;
 	referee->sets_lost = set->sets_lost;

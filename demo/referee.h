@@ -45,7 +45,8 @@ struct referee {
 	uint64_t sets_lost;                                 /* as the station tells */
 	uint64_t seen_count, right_count, unlabelled_count; /* of markers three cameras truly see */
 	uint64_t wrong_count, swapped_count;                /* of all */
-	int64_t first_label_ns; /* when the first right label was received; 0 = not yet */
+	uint64_t beyond_bound_count; /* sets whose time is further off than their uncertainty_ns */
+	int64_t first_label_ns;      /* when the first right label was received; 0 = not yet */
 	double error_sum_m2;
 	struct histogram error_m, latency_s, timestamp_error_s;
 };

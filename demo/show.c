@@ -144,8 +144,16 @@ void show_summary(FILE *out, const struct referee *referee, const struct results
 	fprintf(out,
 		"latency    p50 %.2f ms, p99 %.2f ms from last pixel in memory to subscriber\n",
 		r->latency_p50_ms, r->latency_p99_ms);
-	fprintf(out, "timestamps off by p50 %.1f us, at most %.1f us\n", r->timestamp_p50_us,
-		r->timestamp_max_us);
+	fprintf(out,
+		"timestamps off by p50 %.1f us, at most %.1f us, %" PRIu64
+		" beyond the bound that the station gives\n",
+		r->timestamp_p50_us, r->timestamp_max_us, referee->beyond_bound_count);
+	if (facts->cameras_counted)
+		fprintf(out,
+			"simulator  %" PRIu64 " frames sent, %" PRIu64
+			" of them over 1 ms late, %" PRIu64 " shots not shown\n",
+			facts->cameras.frames_sent, facts->cameras.frames_late,
+			facts->cameras.shots_skipped);
 	show_verdict(out, r, facts);
 }
 
@@ -174,11 +182,22 @@ static json_t *json_labels(const struct referee *referee, const struct results *
 		(json_int_t)referee->wrong_count, "swapped", (json_int_t)referee->swapped_count);
 }
 
+static json_t *json_simulator(const struct demo_facts *facts)
+{
+	const struct camera_counts *counts = &facts->cameras;
+
+	if (!facts->cameras_counted)
+		return json_null();
+	return json_pack("{sI sI sI}", "frames_sent", (json_int_t)counts->frames_sent,
+			 "frames_late", (json_int_t)counts->frames_late, "shots_skipped",
+			 (json_int_t)counts->shots_skipped);
+}
+
 void show_json(FILE *out, const struct referee *referee, const struct results *r,
 	       const struct demo_facts *facts)
 {
 	json_t *root = json_pack(
-		"{ss ss sI sI so so so so so s{so so so} so s{so so} s{so so} sb}", "mode",
+		"{ss ss sI sI so so so so so s{so so so} so s{so so} s{so so sI} so sb}", "mode",
 		facts->mode, "scene", facts->scene, "seed", (json_int_t)facts->seed, "cameras",
 		(json_int_t)facts->camera_count, "rate_hz", number(facts->rate_hz), "seconds",
 		number(facts->seconds), "startup_s", number(facts->startup_s), "ended_early",
@@ -186,8 +205,9 @@ void show_json(FILE *out, const struct referee *referee, const struct results *r
 		"median", number(r->error_median_mm), "p95", number(r->error_p95_mm), "rms",
 		number(r->error_rms_mm), "labels", json_labels(referee, r), "latency_ms", "p50",
 		number(r->latency_p50_ms), "p99", number(r->latency_p99_ms), "timestamp_error_us",
-		"p50", number(r->timestamp_p50_us), "max", number(r->timestamp_max_us), "passed",
-		demo_has_passed(r, facts));
+		"p50", number(r->timestamp_p50_us), "max", number(r->timestamp_max_us),
+		"beyond_bound", (json_int_t)referee->beyond_bound_count, "simulator",
+		json_simulator(facts), "passed", demo_has_passed(r, facts));
 
 	json_dumpf(root, out, JSON_INDENT(2) | JSON_REAL_PRECISION(6));
 	fputc('\n', out);

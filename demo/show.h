@@ -7,15 +7,18 @@
 #include <stdio.h>
 
 #include "demo/referee.h"
+#include "demo/stand.h"
 
 struct demo_facts {
 	const char *mode; /* "gige" or "sim" */
 	const char *scene;
 	uint64_t seed;
 	uint32_t camera_count;
-	double rate_hz;   /* asked for */
-	double seconds;   /* judged */
-	double startup_s; /* from start to the first right label; NaN = none came */
+	double rate_hz;       /* asked for */
+	double seconds;       /* judged */
+	double startup_s;     /* from start to the first right label; NaN = none came */
+	bool cameras_counted; /* `cameras` is known */
+	struct camera_counts cameras;
 	bool ended_early; /* the stream ended before its time */
 };
 

@@ -108,7 +108,7 @@ int stand_init(struct stand *stand, const struct demo_options *options, struct d
 	if (r < 0)
 		return r;
 	snprintf(stand->socket_path, sizeof(stand->socket_path), "%s/stream.sock", stand->dir);
-	stand->epoch_ns = clock_now_ns() + NS_PER_S;
+	stand->epoch_ns = clock_now_ns();
 	return write_files(stand, options, diag);
 }
 
@@ -116,8 +116,9 @@ static int wait_for_cameras(struct stand *stand, struct diag *diag,
 			    const volatile sig_atomic_t *stop)
 {
 	int64_t deadline_ns = clock_now_ns() + CAMERAS_PATIENCE_NS;
+	char line[512];
 
-	while (!child_has_said(&stand->cameras, "ready")) {
+	while (!child_find_line(&stand->cameras, "ready", line, sizeof(line))) {
 		if (*stop)
 			return -EINTR;
 		if (!child_is_running(&stand->cameras))
@@ -179,6 +180,21 @@ void stand_stop(struct stand *stand)
 {
 	child_stop(&stand->station);
 	child_stop(&stand->cameras);
+}
+
+bool stand_camera_counts(const struct stand *stand, struct camera_counts *out)
+{
+	struct camera_counts counts;
+	char line[512];
+
+	if (!stand->cameras.name ||
+	    !child_find_line(&stand->cameras, "ended", line, sizeof(line)) ||
+	    sscanf(line,
+		   "ended frames_sent=%" SCNu64 " frames_late=%" SCNu64 " shots_skipped=%" SCNu64,
+		   &counts.frames_sent, &counts.frames_late, &counts.shots_skipped) != 3)
+		return false;
+	*out = counts;
+	return true;
 }
 
 void stand_finish(struct stand *stand)

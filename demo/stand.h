@@ -22,7 +22,7 @@ struct stand {
 	struct child station;
 };
 
-/* The directory and its files; the scene's time begins in about a second. Returns 0 or a negative
+/* The directory and its files; the scene's time begins now. Returns 0 or a negative
  * errno with a message; stand_finish() is due either way. */
 int stand_init(struct stand *stand, const struct demo_options *options, struct diag *diag);
 
@@ -33,6 +33,16 @@ int stand_start_station(struct stand *stand, struct diag *diag);
 
 /* Ends the children; keeps the files. */
 void stand_stop(struct stand *stand);
+
+/* What the GigE Vision cameras say of themselves once they have ended: not the station's doing. */
+struct camera_counts {
+	uint64_t frames_sent;
+	uint64_t frames_late;   /* sent more than a millisecond after their pulse */
+	uint64_t shots_skipped; /* not shown, because the simulator was too late */
+};
+
+/* False when they are not known. */
+bool stand_camera_counts(const struct stand *stand, struct camera_counts *out);
 
 /* stand_stop(), then removes the directory unless it is to be kept. A zeroed stand is fine. */
 void stand_finish(struct stand *stand);

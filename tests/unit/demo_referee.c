@@ -198,7 +198,9 @@ static void wrong_time_is_reported_apart_from_the_place(void **state)
 
 	make_set(g, 50);
 	g->set.mid_exposure_ns += 300 * NS_PER_US;
+	g->set.uncertainty_ns = 200 * NS_PER_US;
 	judge(g);
+	assert_int_equal(g->referee.beyond_bound_count, 1);
 	struct results r = results_at(g, 50);
 	assert_true(fabs(r.timestamp_p50_us - 300) < 1);
 	assert_true(r.error_median_mm < 0.001);
