@@ -32,8 +32,10 @@ static int program_path(char *path, size_t size, const char *below_build, struct
 	char self[3000];
 	ssize_t length = readlink("/proc/self/exe", self, sizeof(self) - 1);
 
-	if (length < 0)
-		return -errno;
+	if (length < 0) {
+		diag_add(diag, "/proc/self/exe: %s: is /proc mounted?", strerror(errno));
+		return -ENOENT;
+	}
 	self[length] = '\0';
 	for (int up = 0; up < 2; up++) {
 		char *slash = strrchr(self, '/');

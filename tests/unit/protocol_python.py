@@ -3,7 +3,6 @@ import os
 import socket
 import struct
 import subprocess
-import sys
 
 import pytest
 
@@ -57,9 +56,9 @@ def connect_to_bytes(tmp_path, data):
 
 
 @pytest.mark.parametrize("data", [
-    struct.pack("<I", 1 << 31),                     # longer than any message may be
-    struct.pack("<I", 4) + b"\xff\xff\xff\xff",     # not protobuf
-    struct.pack("<I", 2) + b"\x12\x00",             # a marker set before the description
+    pytest.param(struct.pack("<I", 1 << 31), id="too_long"),
+    pytest.param(struct.pack("<I", 4) + b"\xff\xff\xff\xff", id="not_protobuf"),
+    pytest.param(struct.pack("<I", 2) + b"\x12\x00", id="markers_before_description"),
 ])
 def test_what_is_not_a_stream_is_refused(tmp_path, data):
     with connect_to_bytes(tmp_path, data) as client:
@@ -70,7 +69,3 @@ def test_what_is_not_a_stream_is_refused(tmp_path, data):
 def test_stream_cut_in_mid_message_has_ended(tmp_path):
     with connect_to_bytes(tmp_path, struct.pack("<I", 100) + b"\x0a") as client:
         assert list(client) == []
-
-
-if __name__ == "__main__":
-    sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", __file__]))
