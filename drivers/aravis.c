@@ -1,0 +1,410 @@
+/*
+ * The aravis driver's frames. Aravis' own thread receives a frame into one of our buffers; its
+ * callback hands the buffer to the capture thread through a ring and a semaphore, and takes
+ * released ones back through another, so that the capture thread meets neither Aravis' locks nor
+ * its allocations. Nobody copies pixels.
+ */
+#include "drivers/aravis.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <pthread.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/log.h"
+#include "base/ring.h"
+#include "drivers/aravis_device.h"
+#include "drivers/clock_map.h"
+#include "drivers/frame_counter.h"
+
+#define POOL_NS (250 * NS_PER_MS) /* a capture thread may stall this long */
+#define POOL_MIN 16
+#define POOL_MAX 64
+#define PAGE_BYTES 4096
+#define RETENTION_US 20000u /* a frame with packets missing holds up the next ones */
+#define RECEIVE_PRIORITY 60
+#define PATH_BOUND_NS (300 * NS_PER_US) /* first packet sent to seen, at best */
+
+/* One frame's memory. Owned by whoever holds the buffer. */
+struct slot {
+	ArvBuffer *buffer; /* one reference is ours, one travels */
+	int64_t leader_ns; /* when the frame's first packet was in memory */
+	int64_t arrival_ns;
+	bool held; /* by us, not by Aravis */
+};
+
+struct aravis_camera {
+	struct camera base;
+
+	/* set before the stream starts */
+	char address[128];
+	ArvCamera *device;
+	struct camera_mode mode;
+	bool stamps_middle;
+	ArvStream *stream;
+	uint8_t *memory; /* of all slots, owned */
+	uint32_t slot_count;
+	struct slot slots[POOL_MAX];
+
+	/* between the threads; items are struct slot * */
+	struct ring arrived;  /* receive thread to capture thread */
+	struct ring released; /* capture thread to receive thread */
+	sem_t ready;          /* arrived frames, and one post when the device is gone */
+	atomic_bool gone;
+	atomic_bool stopping; /* the receive thread leaves buffers to Aravis */
+
+	/* owned by the receive thread: first packets of frames under way, which end in order */
+	int64_t leaders_ns[POOL_MAX];
+	uint32_t started_count, done_count;
+
+	/* owned by the capture thread */
+	struct frame_counter counter;
+	struct clock_map clock;
+};
+
+/* Gives Aravis the buffers that the capture thread is done with. Receive thread. */
+static void take_back_released(struct aravis_camera *camera)
+{
+	for (struct slot **item; (item = ring_peek(&camera->released, 0));
+	     ring_pop(&camera->released)) {
+		(*item)->held = false;
+		arv_stream_push_buffer(camera->stream, (*item)->buffer);
+	}
+}
+
+/* Aravis has just queued the frame for us; it goes on to the capture thread. Receive thread. */
+static void hand_over(struct aravis_camera *camera)
+{
+	ArvBuffer *buffer = arv_stream_try_pop_buffer(camera->stream);
+
+	if (!buffer)
+		return;
+	struct slot *slot = (struct slot *)arv_buffer_get_user_data(buffer);
+	struct slot **item = ring_claim(&camera->arrived); /* never full: it holds all slots */
+
+	slot->leader_ns = camera->leaders_ns[camera->done_count++ % POOL_MAX];
+	slot->arrival_ns = clock_now_ns();
+	slot->held = true;
+	*item = slot;
+	ring_publish(&camera->arrived);
+	sem_post(&camera->ready);
+}
+
+static void become_realtime(void)
+{
+	struct sched_param param = {.sched_priority = RECEIVE_PRIORITY};
+
+	/* Where it is not allowed the receiver works, with more jitter: doctor's business. */
+	pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);
+	pthread_setname_np(pthread_self(), "aravis-receive");
+}
+
+/* Receive thread. */
+static void on_stream(void *user, ArvStreamCallbackType type, ArvBuffer *buffer)
+{
+	struct aravis_camera *camera = user;
+
+	(void)buffer;
+	if (type == ARV_STREAM_CALLBACK_TYPE_INIT) {
+		become_realtime();
+	} else if (camera->stopping) {
+		return;
+	} else if (type == ARV_STREAM_CALLBACK_TYPE_START_BUFFER) {
+		camera->leaders_ns[camera->started_count++ % POOL_MAX] = clock_now_ns();
+		take_back_released(camera);
+	} else if (type == ARV_STREAM_CALLBACK_TYPE_BUFFER_DONE) {
+		hand_over(camera);
+		take_back_released(camera);
+	}
+}
+
+/* Aravis' heartbeat thread: the camera was unplugged, or another program took it. */
+static void on_control_lost(ArvDevice *device, void *user)
+{
+	struct aravis_camera *camera = user;
+
+	(void)device;
+	camera->gone = true;
+	sem_post(&camera->ready);
+}
+
+static int aravis_open(struct camera **out, const char *rest, const char *base_dir,
+		       struct diag *diag)
+{
+	struct aravis_camera *camera = calloc(1, sizeof(*camera));
+	int error;
+
+	(void)base_dir;
+	if (!camera)
+		return -ENOMEM;
+	camera->base.driver = &aravis_camera_driver;
+	snprintf(camera->address, sizeof(camera->address), "aravis:%s", rest);
+	error = aravis_open_device(&camera->device, camera->address, rest, diag);
+	if (error) {
+		free(camera);
+		return error;
+	}
+	sem_init(&camera->ready, 0, 0);
+	camera->stamps_middle = aravis_stamps_middle(camera->device);
+	g_signal_connect(arv_camera_get_device(camera->device), "control-lost",
+			 G_CALLBACK(on_control_lost), camera);
+	*out = &camera->base;
+	return 0;
+}
+
+static void aravis_stop(struct camera *base);
+
+static void aravis_close(struct camera *base)
+{
+	struct aravis_camera *camera = (struct aravis_camera *)base;
+
+	if (!camera)
+		return;
+	aravis_stop(base);
+	g_signal_handlers_disconnect_by_data(arv_camera_get_device(camera->device), camera);
+	g_object_unref(camera->device);
+	sem_destroy(&camera->ready);
+	free(camera);
+}
+
+static int aravis_configure(struct camera *base, const struct camera_mode *wanted,
+			    struct camera_mode *granted, struct diag *diag)
+{
+	struct aravis_camera *camera = (struct aravis_camera *)base;
+	int error = aravis_configure_device(camera->device, camera->address, wanted, &camera->mode,
+					    diag);
+
+	if (!error)
+		*granted = camera->mode;
+	return error;
+}
+
+static uint32_t pool_size(const struct camera_mode *mode)
+{
+	int64_t count = mode->period_ns > 0 ? POOL_NS / mode->period_ns + 4 : 0;
+
+	return (uint32_t)(count < POOL_MIN ? POOL_MIN : count > POOL_MAX ? POOL_MAX : count);
+}
+
+/* Every page is touched here, so that no frame waits for one. */
+static int create_pool(struct aravis_camera *camera, size_t payload_bytes)
+{
+	size_t slot_bytes = (payload_bytes + PAGE_BYTES - 1) / PAGE_BYTES * PAGE_BYTES;
+	uint32_t count = pool_size(&camera->mode);
+
+	if (ring_init(&camera->arrived, sizeof(struct slot *), POOL_MAX) ||
+	    ring_init(&camera->released, sizeof(struct slot *), POOL_MAX))
+		return -ENOMEM;
+	camera->memory = aligned_alloc(PAGE_BYTES, slot_bytes * count);
+	if (!camera->memory)
+		return -ENOMEM;
+	memset(camera->memory, 0, slot_bytes * count);
+	for (uint32_t i = 0; i < count; i++) {
+		struct slot *slot = &camera->slots[i];
+
+		*slot = (struct slot){.held = true};
+		slot->buffer = arv_buffer_new_full(payload_bytes, camera->memory + i * slot_bytes,
+						   slot, NULL);
+		g_object_ref(slot->buffer);
+	}
+	camera->slot_count = count;
+	return 0;
+}
+
+static void destroy_pool(struct aravis_camera *camera)
+{
+	for (uint32_t i = 0; i < camera->slot_count; i++) {
+		if (camera->slots[i].held)
+			g_object_unref(camera->slots[i].buffer);
+		g_object_unref(camera->slots[i].buffer);
+	}
+	camera->slot_count = 0;
+	free(camera->memory);
+	camera->memory = NULL;
+	ring_finish(&camera->arrived);
+	ring_finish(&camera->released);
+}
+
+static int open_stream(struct aravis_camera *camera, size_t payload_bytes, struct diag *diag)
+{
+	GError *error = NULL;
+
+	camera->stream = arv_camera_create_stream(camera->device, on_stream, camera, &error);
+	if (!camera->stream)
+		return aravis_fail(&error, -EIO, camera->address, "stream", diag);
+	if (ARV_IS_GV_STREAM(camera->stream)) {
+		g_object_set(camera->stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED,
+			     "socket-buffer-size", -1, "packet-resend",
+			     aravis_resends(camera->device) ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS
+							    : ARV_GV_STREAM_PACKET_RESEND_NEVER,
+			     "frame-retention", RETENTION_US, NULL);
+		aravis_widen_socket(camera->stream, camera->address, payload_bytes);
+	}
+	for (uint32_t i = 0; i < camera->slot_count; i++) {
+		camera->slots[i].held = false;
+		arv_stream_push_buffer(camera->stream, camera->slots[i].buffer);
+	}
+	return 0;
+}
+
+static int aravis_start(struct camera *base, struct diag *diag)
+{
+	struct aravis_camera *camera = (struct aravis_camera *)base;
+	GError *error = NULL;
+	guint payload_bytes = arv_camera_get_payload(camera->device, &error);
+	int result;
+
+	if (error)
+		return aravis_fail(&error, -EIO, camera->address, "payload size", diag);
+	camera->stopping = false;
+	camera->started_count = camera->done_count = 0;
+	camera->counter = (struct frame_counter){0};
+	camera->clock = (struct clock_map){.path_bound_ns = PATH_BOUND_NS};
+	result = create_pool(camera, payload_bytes);
+	if (!result)
+		result = open_stream(camera, payload_bytes, diag);
+	if (result)
+		goto fail;
+	arv_camera_start_acquisition(camera->device, &error);
+	if (!error)
+		return 0;
+	result = aravis_fail(&error, -EIO, camera->address, "start", diag);
+fail:
+	aravis_stop(base);
+	return result;
+}
+
+static void report_losses(struct aravis_camera *camera)
+{
+	guint64 completed = 0, failures = 0, underruns = 0;
+
+	arv_stream_get_statistics(camera->stream, &completed, &failures, &underruns);
+	if (failures || underruns)
+		log_warning("%s: of %" PRIu64 " frames %" PRIu64 " came damaged; %" PRIu64
+			    " packets found no free buffer",
+			    camera->address, (uint64_t)(completed + failures), (uint64_t)failures,
+			    (uint64_t)underruns);
+}
+
+static void aravis_stop(struct camera *base)
+{
+	struct aravis_camera *camera = (struct aravis_camera *)base;
+
+	if (camera->stream) {
+		if (!camera->gone) /* else it would be asked in vain for seconds */
+			arv_camera_stop_acquisition(camera->device, NULL);
+		report_losses(camera);
+		camera->stopping = true; /* buffers now die with the stream */
+		g_clear_object(&camera->stream);
+	}
+	destroy_pool(camera);
+	while (sem_trywait(&camera->ready) == 0)
+		;
+}
+
+/* Capture thread. Through the receive thread, but for a pool that ran dry: then Aravis starts no
+ * frame, calls nobody, and must be given buffers directly. */
+static void give_back(struct aravis_camera *camera, struct slot *slot)
+{
+	struct slot **item = NULL;
+
+	if (ring_count(&camera->released) < camera->slot_count / 2)
+		item = ring_claim(&camera->released);
+	if (item) {
+		*item = slot;
+		ring_publish(&camera->released);
+		return;
+	}
+	slot->held = false;
+	arv_stream_push_buffer(camera->stream, slot->buffer);
+}
+
+static int wait_ready(struct aravis_camera *camera, int64_t timeout_ns)
+{
+	int64_t until_ns = clock_now_ns() + timeout_ns;
+	struct timespec until = {.tv_sec = until_ns / NS_PER_S, .tv_nsec = until_ns % NS_PER_S};
+
+	while (sem_clockwait(&camera->ready, CLOCK_MONOTONIC, &until))
+		if (errno != EINTR)
+			return -errno;
+	return 0;
+}
+
+static bool whole(const struct aravis_camera *camera, ArvBuffer *buffer)
+{
+	size_t size_bytes = 0;
+
+	return arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS &&
+	       arv_buffer_get_payload_type(buffer) == ARV_BUFFER_PAYLOAD_TYPE_IMAGE &&
+	       arv_buffer_get_image_pixel_format(buffer) == ARV_PIXEL_FORMAT_MONO_8 &&
+	       arv_buffer_get_image_width(buffer) == camera->mode.width_px &&
+	       arv_buffer_get_image_height(buffer) == camera->mode.height_px &&
+	       arv_buffer_get_image_data(buffer, &size_bytes) &&
+	       size_bytes >= (size_t)camera->mode.width_px * camera->mode.height_px;
+}
+
+/* A device stamps the start of an exposure, and sends nothing of a frame before its end; those that
+ * aravis_stamps_middle() knows stamp the middle, and so half of the exposure is left out twice. */
+static void stamp(struct aravis_camera *camera, const struct slot *slot, struct frame *out)
+{
+	int64_t device_ns = (int64_t)arv_buffer_get_timestamp(slot->buffer);
+	int64_t exposure_ns = camera->stamps_middle ? 0 : camera->mode.exposure_ns;
+
+	clock_map_sample(&camera->clock, device_ns, slot->leader_ns - exposure_ns);
+	out->mid_exposure_ns = clock_map_host_ns(&camera->clock, device_ns, &out->uncertainty_ns) +
+			       exposure_ns / 2;
+	out->arrival_ns = slot->arrival_ns;
+}
+
+static int aravis_acquire(struct camera *base, int64_t timeout_ns, struct frame *out)
+{
+	struct aravis_camera *camera = (struct aravis_camera *)base;
+	int error = wait_ready(camera, timeout_ns);
+	struct slot **item = ring_peek(&camera->arrived, 0);
+
+	if (!item)
+		return camera->gone ? -ENODEV : error ? error : -ETIMEDOUT;
+	struct slot *slot = *item;
+
+	ring_pop(&camera->arrived);
+	if (!whole(camera, slot->buffer)) {
+		give_back(camera, slot);
+		return -EBADMSG;
+	}
+	*out = (struct frame){
+		.pixels = arv_buffer_get_image_data(slot->buffer, NULL),
+		.width_px = camera->mode.width_px,
+		.height_px = camera->mode.height_px,
+		.stride_bytes = camera->mode.width_px,
+		.format = PIXEL_GREY8,
+		.shot = UINT64_MAX,
+		.device_seq = frame_counter_extend(&camera->counter,
+						   arv_buffer_get_frame_id(slot->buffer)),
+		.token = slot,
+	};
+	stamp(camera, slot, out);
+	return 0;
+}
+
+static void aravis_release(struct camera *base, struct frame *frame)
+{
+	give_back((struct aravis_camera *)base, frame->token);
+	frame->token = NULL;
+}
+
+const struct camera_driver aravis_camera_driver = {
+	.name = "aravis",
+	.list = aravis_list,
+	.open = aravis_open,
+	.close = aravis_close,
+	.configure = aravis_configure,
+	.start = aravis_start,
+	.stop = aravis_stop,
+	.acquire = aravis_acquire,
+	.release = aravis_release,
+};

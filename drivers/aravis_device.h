@@ -1,0 +1,37 @@
+/*
+ * Shared by the files of the aravis driver only: finding and opening a device, and its mode.
+ */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include <arv.h>
+
+#include "base/diag.h"
+#include "drivers/camera.h"
+
+int aravis_list(camera_found_fn *found, void *user, struct diag *diag);
+
+/* Opens the device and takes control of it. `address` is `aravis:rest`, for messages. -ENODEV,
+ * -EHOSTUNREACH, -EBUSY or -EIO with one message. */
+int aravis_open_device(ArvCamera **out, const char *address, const char *rest, struct diag *diag);
+
+/* As camera_driver.configure; also makes the device ready for a stream (packet size). */
+int aravis_configure_device(ArvCamera *device, const char *address,
+			    const struct camera_mode *wanted, struct camera_mode *granted,
+			    struct diag *diag);
+
+/* True when the device stamps the middle of the exposure; the rule is that it stamps the start. */
+bool aravis_stamps_middle(ArvCamera *device);
+
+/* True when the device can send lost packets again. */
+bool aravis_resends(ArvCamera *device);
+
+/* Widens the stream's socket so that it holds several frames while the receiver waits its turn, and
+ * logs a warning when the kernel grants less than two. */
+void aravis_widen_socket(ArvStream *stream, const char *address, size_t payload_bytes);
+
+/* Adds one message from a GLib error, which it clears; returns `error_number`. */
+int aravis_fail(GError **error, int error_number, const char *address, const char *doing,
+		struct diag *diag);
