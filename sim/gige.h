@@ -1,0 +1,37 @@
+/*
+ * The scene's cameras as GigE Vision devices on consecutive loopback addresses, served by Aravis'
+ * fake camera. One pulse fires them all: every camera shows shot n of the scene, stamped with its
+ * true mid-exposure in CLOCK_MONOTONIC nanoseconds. docs/gige.md says how it is done.
+ */
+#pragma once
+
+#include <stdint.h>
+
+#include "base/diag.h"
+#include "sim/scene.h"
+
+struct gige_stage;
+
+/* Over all cameras; a frame is sent to whoever controls the camera. */
+struct gige_counts {
+	uint64_t sent;
+	uint64_t late;    /* sent, but more than a millisecond after its pulse */
+	uint64_t skipped; /* shots not shown because the simulator was later than half a period */
+};
+
+/* `scene` is borrowed. Camera i gets the IPv4 address `first_address` + i; scene time 0 is at
+ * `epoch_ns`. Returns 0, -EINVAL with a message, or -ENOMEM. */
+int gige_stage_create(struct gige_stage **out, const struct sim_scene *scene, int64_t epoch_ns,
+		      const char *first_address, struct diag *diag);
+void gige_stage_destroy(struct gige_stage *stage); /* accepts NULL; stops it first */
+
+/* Opens every camera's control port: from here on receivers find and start them. Returns 0, or a
+ * negative errno with one message per camera that cannot be served; then none is. */
+int gige_stage_start(struct gige_stage *stage, struct diag *diag);
+void gige_stage_stop(struct gige_stage *stage);
+
+/* A fault to be played: this share of all packets gets lost on the way. Before start. */
+void gige_stage_lose_packets(struct gige_stage *stage, double ratio);
+
+struct gige_counts gige_stage_counts(const struct gige_stage *stage); /* any thread */
+void gige_stage_image_size(const struct gige_stage *stage, int *width_px, int *height_px);

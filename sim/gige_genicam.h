@@ -1,0 +1,10 @@
+/*
+ * The GenICam description of a simulated GigE Vision camera.
+ */
+#pragma once
+
+#include <stdint.h>
+
+/* Fixed size, rate and exposure: what the scene shows cannot be asked otherwise. Returns the XML,
+ * to be freed, or NULL without memory. */
+char *gige_genicam_xml(double rate_hz, double exposure_us);
