@@ -5,9 +5,11 @@
 
 #include <stddef.h>
 
+#include "drivers/aravis.h"
 #include "sim/world.h"
 
 const struct camera_driver *const live_drivers[] = {
+	&aravis_camera_driver,
 	&sim_camera_driver,
 	NULL,
 };
