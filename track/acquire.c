@@ -247,7 +247,7 @@ static void try_skin(struct search *search, uint32_t *cursor)
 {
 	uint32_t count = search->layout->marker_count;
 
-	for (int tried = 0; tried < TRIANGLES_PER_SHOT / 4; tried++) {
+	for (int tried = 0; tried < TRIANGLES_PER_SHOT; tried++) {
 		uint32_t step = (*cursor)++;
 		uint32_t a = step % count, b = (a + 1 + step * 7 % (count - 1)) % count;
 		uint32_t c = (b + 1 + step * 13 % (count - 1)) % count;

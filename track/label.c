@@ -153,7 +153,8 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 
 	for (uint32_t k = 0; k < point_count; k++) {
 		l->point_local_m[k] = pose_apply(&rt_head_stage, points[k].fix.p_stage_m);
-		l->point_usable[k] = points[k].fix.used_count >= 3;
+		/* three cameras had a say, even if one was outvoted */
+		l->point_usable[k] = __builtin_popcount(points[k].claimed_mask) >= 3;
 	}
 	fill_edges(l, &l->motion, point_count, !l->motion.fresh_start);
 	assign_solve(&l->assign);
