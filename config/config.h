@@ -1,6 +1,6 @@
 /*
  * The station's configuration: one YAML file that names rig, layout and cameras. Everything else
- * has a default. docs/operators-guide.md lists every key.
+ * has a default. docs/configuration.md lists every key.
  */
 #pragma once
 
