@@ -175,7 +175,7 @@ static void read_cameras(struct yaml *yaml, const struct yaml_value *value, void
 
 	while (yaml_next_item(yaml, value, &iterator, &index, &item, field) && index <= CAMERA_MAX)
 		read_camera(yaml, &item, config);
-	if (index < 0 && !yaml->failed)
+	if (index < 0 && fy_node_is_sequence(value->node))
 		yaml_complain(yaml, value->place, value->field, "no camera in the list");
 }
 

@@ -9,6 +9,8 @@
 #include <mrcal/mrcal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "base/file.h"
 #include "config/model_text.h"
@@ -84,8 +86,13 @@ static int load_model(struct view *view, const char *path, uint64_t *hash, struc
 {
 	char *text;
 	size_t size;
-	int err = file_read(&text, &size, path, MODEL_SIZE_MAX, diag);
 
+	if (access(path, F_OK) < 0) {
+		diag_add(diag, "%s: %s; a rig has a model named like each of its cameras", path,
+			 strerror(errno));
+		return -EINVAL;
+	}
+	int err = file_read(&text, &size, path, MODEL_SIZE_MAX, diag);
 	if (err)
 		return err;
 	*hash = digest(*hash, text, size);
@@ -115,8 +122,15 @@ int rig_load(struct rig *rig, const char *dir, const char (*names)[NAME_BYTES], 
 {
 	struct rig made = {.camera_count = count};
 	uint64_t hash = UINT64_C(0xcbf29ce484222325);
+	struct stat st;
 	int result = 0;
 
+	if (stat(dir, &st) < 0 || !S_ISDIR(st.st_mode)) {
+		diag_add(diag,
+			 "%s: not a directory; a rig is a directory of NAME.cameramodel files",
+			 dir);
+		return -EINVAL;
+	}
 	for (uint32_t i = 0; i < count; i++) {
 		char path[PATH_MAX];
 

@@ -193,9 +193,23 @@ static void every_bad_camera_has_its_message_in_one_run(void **state)
 	assert_int_equal(load(&rig, &diag, 2), -EINVAL);
 	snprintf(expected, sizeof(expected),
 		 "%s/ir1.cameramodel: extrinsics: missing; recalibrate or restore the file\n"
-		 "%s/ir2.cameramodel: No such file or directory\n",
+		 "%s/ir2.cameramodel: No such file or directory; a rig has a model named like each "
+		 "of its cameras\n",
 		 dir, dir);
 	assert_string_equal(diag.text, expected);
+	diag_finish(&diag);
+}
+
+static void a_rig_that_is_not_there_is_one_message(void **state)
+{
+	const char names[2][NAME_BYTES] = {"ir1", "ir2"};
+	struct rig rig = {0};
+	struct diag diag = {0};
+
+	(void)state;
+	assert_int_equal(rig_load(&rig, "/nonexistent/rig", names, 2, &diag), -EINVAL);
+	assert_string_equal(diag.text, "/nonexistent/rig: not a directory; a rig is a directory of "
+				       "NAME.cameramodel files\n");
 	diag_finish(&diag);
 }
 
@@ -244,6 +258,7 @@ int main(void)
 		cmocka_unit_test(lens_models_that_cannot_serve_are_refused),
 		cmocka_unit_test(text_that_is_no_model_is_refused),
 		cmocka_unit_test(every_bad_camera_has_its_message_in_one_run),
+		cmocka_unit_test(a_rig_that_is_not_there_is_one_message),
 		cmocka_unit_test(images_of_another_size_are_refused),
 	};
 

@@ -267,6 +267,26 @@ static void a_point_just_beyond_the_border_is_still_projected(void **state)
 	}
 }
 
+/* A replay stands on this. */
+static void the_same_model_gives_the_same_tables_to_the_bit(void **state)
+{
+	struct lens_model model = {project, unproject, &lenses[4]};
+	struct view again;
+	double bad[2];
+
+	(void)state;
+	assert_int_equal(view_init(&again, WIDTH_PX, HEIGHT_PX, some_pose(), &model, bad), 0);
+	const struct lens_grid *a = &views[4].plane_to_pixel, *b = &again.plane_to_pixel;
+	size_t nodes = (size_t)a->x_count * (size_t)a->y_count;
+	assert_int_equal((size_t)b->x_count * (size_t)b->y_count, nodes);
+	assert_memory_equal(a->node, b->node, nodes * sizeof(*a->node));
+	a = &views[4].pixel_to_plane;
+	b = &again.pixel_to_plane;
+	nodes = (size_t)a->x_count * (size_t)a->y_count;
+	assert_memory_equal(a->node, b->node, nodes * sizeof(*a->node));
+	view_finish(&again);
+}
+
 /* Barrel distortion so strong that the corners lie beyond the fold. */
 static void a_lens_that_folds_inside_the_image_is_refused(void **state)
 {
@@ -292,6 +312,7 @@ int main(void)
 		cmocka_unit_test(points_outside_the_image_are_never_in_it),
 		cmocka_unit_test(impossible_points_are_not_seen),
 		cmocka_unit_test(a_point_just_beyond_the_border_is_still_projected),
+		cmocka_unit_test(the_same_model_gives_the_same_tables_to_the_bit),
 		cmocka_unit_test(a_lens_that_folds_inside_the_image_is_refused),
 	};
 
