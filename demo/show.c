@@ -151,9 +151,9 @@ void show_summary(FILE *out, const struct referee *referee, const struct results
 	if (facts->cameras_counted)
 		fprintf(out,
 			"simulator  %" PRIu64 " frames sent, %" PRIu64
-			" of them over 1 ms late, %" PRIu64 " shots not shown\n",
+			" of them over 1 ms late, %" PRIu64 " never sent\n",
 			facts->cameras.frames_sent, facts->cameras.frames_late,
-			facts->cameras.shots_skipped);
+			facts->cameras.frames_skipped);
 	show_verdict(out, r, facts);
 }
 
@@ -189,8 +189,8 @@ static json_t *json_simulator(const struct demo_facts *facts)
 	if (!facts->cameras_counted)
 		return json_null();
 	return json_pack("{sI sI sI}", "frames_sent", (json_int_t)counts->frames_sent,
-			 "frames_late", (json_int_t)counts->frames_late, "shots_skipped",
-			 (json_int_t)counts->shots_skipped);
+			 "frames_late", (json_int_t)counts->frames_late, "frames_skipped",
+			 (json_int_t)counts->frames_skipped);
 }
 
 void show_json(FILE *out, const struct referee *referee, const struct results *r,

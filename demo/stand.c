@@ -193,7 +193,7 @@ bool stand_camera_counts(const struct stand *stand, struct camera_counts *out)
 	    !child_find_line(&stand->cameras, "ended", line, sizeof(line)) ||
 	    sscanf(line,
 		   "ended frames_sent=%" SCNu64 " frames_late=%" SCNu64 " shots_skipped=%" SCNu64,
-		   &counts.frames_sent, &counts.frames_late, &counts.shots_skipped) != 3)
+		   &counts.frames_sent, &counts.frames_late, &counts.frames_skipped) != 3)
 		return false;
 	*out = counts;
 	return true;

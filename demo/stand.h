@@ -37,8 +37,8 @@ void stand_stop(struct stand *stand);
 /* What the GigE Vision cameras say of themselves once they have ended: not the station's doing. */
 struct camera_counts {
 	uint64_t frames_sent;
-	uint64_t frames_late;   /* sent more than a millisecond after their pulse */
-	uint64_t shots_skipped; /* not shown, because the simulator was too late */
+	uint64_t frames_late;    /* sent more than a millisecond after their pulse */
+	uint64_t frames_skipped; /* never sent, because the simulator was too late */
 };
 
 /* False when they are not known. */
