@@ -1,0 +1,349 @@
+/*
+ * The station with cameras that misbehave on command: what they lose is counted, and nobody else
+ * waits for them. The fake driver takes the place of the program's list of drivers.
+ */
+#include "daemon/station.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "base/clock.h"
+#include "daemon/program_drivers.h"
+#include "drivers/trigger_free.h"
+#include "sim/scene.h"
+
+#define CAMERA_COUNT 4
+#define WIDTH_PX 1280
+#define HEIGHT_PX 1024
+#define PERIOD_NS (10 * NS_PER_MS)
+
+/* What a fake camera does from now on. */
+enum fault {
+	FAULT_NONE,
+	FAULT_SILENT,  /* nothing comes */
+	FAULT_GONE,    /* -ENODEV, and not there to open */
+	FAULT_DAMAGED, /* -EBADMSG for every frame */
+	FAULT_FOREIGN_CLOCK,
+	FAULT_GAPS,   /* the device loses every second frame */
+	FAULT_REPEAT, /* every frame comes twice */
+	FAULT_OTHER_SIZE,
+	FAULT_OVER, /* the recording is over */
+};
+
+struct fake_camera {
+	struct camera base;
+	_Atomic int *fault;
+	int64_t next_ns;
+	uint64_t seq;
+	bool repeat;
+};
+
+static _Atomic int faults[CAMERA_COUNT];
+static _Atomic int open_count;
+static uint8_t black[WIDTH_PX * HEIGHT_PX];
+static char stage_dir[] = "/tmp/stage-test-XXXXXX";
+static char config_path[PATH_MAX];
+
+static int fake_list(camera_found_fn *found, void *user, struct diag *diag)
+{
+	(void)found, (void)user, (void)diag;
+	return 0;
+}
+
+static int fake_open(struct camera **out, const char *rest, const char *base_dir, struct diag *diag)
+{
+	_Atomic int *fault = &faults[rest[0] - '0'];
+	struct fake_camera *camera;
+
+	(void)base_dir;
+	if (atomic_load(fault) == FAULT_GONE) {
+		diag_add(diag, "fake:%s: not there: plug it in", rest);
+		return -ENODEV;
+	}
+	camera = calloc(1, sizeof(*camera));
+	camera->fault = fault;
+	*out = &camera->base;
+	open_count++;
+	return 0;
+}
+
+static void fake_close(struct camera *camera)
+{
+	if (camera)
+		open_count--;
+	free(camera);
+}
+
+static int fake_configure(struct camera *camera, const struct camera_mode *wanted,
+			  struct camera_mode *granted, struct diag *diag)
+{
+	(void)camera, (void)wanted, (void)diag;
+	*granted = (struct camera_mode){.width_px = WIDTH_PX, .height_px = HEIGHT_PX};
+	return 0;
+}
+
+static int fake_start(struct camera *base, struct diag *diag)
+{
+	struct fake_camera *camera = (struct fake_camera *)base;
+
+	(void)diag;
+	/* all cameras expose at whole periods */
+	camera->next_ns = (clock_now_ns() / PERIOD_NS + 1) * PERIOD_NS;
+	return 0;
+}
+
+static void fake_stop(struct camera *camera)
+{
+	(void)camera;
+}
+
+static void fill_frame(struct fake_camera *camera, int fault, struct frame *out)
+{
+	*out = (struct frame){.pixels = black,
+			      .width_px = fault == FAULT_OTHER_SIZE ? WIDTH_PX / 2 : WIDTH_PX,
+			      .height_px = HEIGHT_PX,
+			      .stride_bytes = WIDTH_PX,
+			      .shot = SHOT_UNKNOWN,
+			      .device_seq = camera->seq,
+			      .mid_exposure_ns = camera->next_ns,
+			      .arrival_ns = clock_now_ns()};
+	if (fault == FAULT_FOREIGN_CLOCK)
+		out->mid_exposure_ns = 42;
+}
+
+static int fake_acquire(struct camera *base, int64_t timeout_ns, struct frame *out)
+{
+	struct fake_camera *camera = (struct fake_camera *)base;
+	int fault = atomic_load(camera->fault);
+
+	if (fault == FAULT_GONE || fault == FAULT_OVER)
+		return fault == FAULT_GONE ? -ENODEV : -ENODATA;
+	if (camera->repeat) {
+		camera->repeat = false;
+		fill_frame(camera, fault, out);
+		return 0;
+	}
+	if (fault == FAULT_SILENT) {
+		clock_sleep_until(clock_now_ns() + timeout_ns / 10);
+		camera->next_ns = (clock_now_ns() / PERIOD_NS + 1) * PERIOD_NS;
+		return -ETIMEDOUT;
+	}
+	do {
+		camera->next_ns += PERIOD_NS;
+		camera->seq++;
+	} while (fault == FAULT_GAPS && camera->seq % 2);
+	clock_sleep_until(camera->next_ns);
+	camera->repeat = fault == FAULT_REPEAT;
+	fill_frame(camera, fault, out);
+	return fault == FAULT_DAMAGED ? -EBADMSG : 0;
+}
+
+static void fake_release(struct camera *camera, struct frame *frame)
+{
+	(void)camera, (void)frame;
+}
+
+static const struct camera_driver fake_driver = {
+	.name = "fake",
+	.list = fake_list,
+	.open = fake_open,
+	.close = fake_close,
+	.configure = fake_configure,
+	.start = fake_start,
+	.stop = fake_stop,
+	.acquire = fake_acquire,
+	.release = fake_release,
+};
+
+const struct camera_driver *const camera_drivers[] = {&fake_driver, NULL};
+const struct trigger_driver *const trigger_drivers[] = {&free_trigger_driver, NULL};
+
+/* Runs for a while, as the control thread does: takes the sets, ticks now and then. */
+static void run_for(struct station *station, int64_t duration_ns)
+{
+	int64_t end_ns = clock_now_ns() + duration_ns;
+
+	while (clock_now_ns() < end_ns) {
+		while (station_next_set(station))
+			station_pop_set(station);
+		clock_sleep_until(clock_now_ns() + 20 * NS_PER_MS);
+		station_tick(station);
+	}
+}
+
+static struct station *start_station(void)
+{
+	struct station *station = calloc(1, sizeof(*station));
+	struct diag diag = {0};
+
+	for (int c = 0; c < CAMERA_COUNT; c++)
+		faults[c] = FAULT_NONE;
+	assert_int_equal(station_configure(station, config_path, &diag), EXIT_CODE_OK);
+	assert_int_equal(station->state, STATION_CONFIGURED);
+	assert_int_equal(station_start(station, &diag), EXIT_CODE_OK);
+	assert_int_equal(station->state, STATION_RUNNING);
+	run_for(station, 200 * NS_PER_MS);
+	return station;
+}
+
+static void end_station(struct station *station)
+{
+	station_finish(station);
+	assert_int_equal(station->state, STATION_IDLE);
+	assert_int_equal(open_count, 0);
+	free(station);
+}
+
+/* Shots solved in `duration_ns` while camera 1 has a fault. */
+static uint64_t shots_with_fault(struct station *station, enum fault fault, int64_t duration_ns)
+{
+	uint64_t before = station->solver.shots;
+
+	faults[1] = fault;
+	run_for(station, duration_ns);
+	return station->solver.shots - before;
+}
+
+static void a_silent_camera_stalls_nobody(void **state)
+{
+	struct station *station = start_station();
+	uint64_t shots = shots_with_fault(station, FAULT_SILENT, 600 * NS_PER_MS);
+
+	(void)state;
+	assert_in_range(shots, 45, 66);
+	assert_in_range(station->captures[1].counters.missing, 40, 70);
+	assert_in_range(station->captures[0].counters.missing, 0, 3);
+	end_station(station);
+}
+
+static void a_vanished_camera_comes_back_by_itself(void **state)
+{
+	struct station *station = start_station();
+	uint64_t shots = shots_with_fault(station, FAULT_GONE, 200 * NS_PER_MS);
+
+	(void)state;
+	assert_in_range(shots, 10, 30);
+	assert_int_equal(station->captures[1].state, CAPTURE_LOST);
+	shots_with_fault(station, FAULT_NONE, 200 * NS_PER_MS);
+	assert_int_equal(station->captures[1].state, CAPTURE_RUNNING);
+	assert_int_equal(station->captures[1].counters.reopened, 1);
+	uint64_t missing = station->captures[1].counters.missing;
+	run_for(station, 200 * NS_PER_MS);
+	assert_in_range(station->captures[1].counters.missing - missing, 0, 3);
+	end_station(station);
+}
+
+static void the_end_of_all_recordings_leaves_the_station_up(void **state)
+{
+	struct station *station = start_station();
+
+	(void)state;
+	for (int c = 0; c < CAMERA_COUNT; c++)
+		faults[c] = FAULT_OVER;
+	run_for(station, 150 * NS_PER_MS);
+	assert_int_equal(station->state, STATION_ENDED);
+	assert_int_equal(station->captures[0].state, CAPTURE_ENDED);
+	end_station(station);
+}
+
+static void every_loss_is_counted_by_its_cause(void **state)
+{
+	struct station *station = start_station();
+	struct capture_counters *counters = &station->captures[1].counters;
+
+	(void)state;
+	shots_with_fault(station, FAULT_DAMAGED, 100 * NS_PER_MS);
+	assert_in_range(counters->damaged, 4, 20);
+	shots_with_fault(station, FAULT_FOREIGN_CLOCK, 100 * NS_PER_MS);
+	assert_in_range(counters->wrong_time, 4, 20);
+	shots_with_fault(station, FAULT_OTHER_SIZE, 100 * NS_PER_MS);
+	assert_in_range(counters->wrong_size, 4, 20);
+	/* the damaged ones never came with a number, so they are gaps too */
+	uint64_t gaps = counters->device_gaps;
+	shots_with_fault(station, FAULT_GAPS, 200 * NS_PER_MS);
+	assert_in_range(counters->device_gaps - gaps, 5, 20);
+	uint64_t stale = counters->stale;
+	shots_with_fault(station, FAULT_REPEAT, 100 * NS_PER_MS);
+	assert_in_range(counters->stale - stale, 4, 20);
+	end_station(station);
+}
+
+static void one_camera_that_is_not_there_leaves_none_open(void **state)
+{
+	struct station *station = calloc(1, sizeof(*station));
+	struct diag diag = {0};
+
+	(void)state;
+	faults[2] = FAULT_GONE;
+	assert_int_equal(station_configure(station, config_path, &diag), EXIT_CODE_DEVICE);
+	assert_non_null(strstr(diag.text, "fake:2"));
+	assert_int_equal(open_count, 0);
+	assert_int_equal(station->state, STATION_IDLE);
+	diag_finish(&diag);
+	free(station);
+}
+
+static void a_station_that_nobody_listens_to_keeps_the_oldest_sets(void **state)
+{
+	struct station *station = start_station();
+	uint64_t lost = station->solver.lost;
+
+	(void)state;
+	clock_sleep_until(clock_now_ns() + 600 * NS_PER_MS); /* the control thread hangs */
+	assert_true(station->solver.lost > lost);
+	assert_in_range(ring_count(&station->solver.sets), 32, 64);
+	const struct marker_set *set = station_next_set(station);
+	uint64_t first = set->shot;
+	station_pop_set(station);
+	assert_int_equal(station_next_set(station)->shot, first + 1);
+	end_station(station);
+}
+
+static int make_stage(void **state)
+{
+	const char *addresses[CAMERA_COUNT] = {"fake:0", "fake:1", "fake:2", "fake:3"};
+	struct sim_options options = {.camera_count = CAMERA_COUNT, .rate_hz = 100};
+	struct sim_scene *scene;
+	struct diag diag = {0};
+
+	(void)state;
+	if (!mkdtemp(stage_dir) || sim_scene_create(&scene, &options, &diag) < 0)
+		return -1;
+	int err = sim_scene_write_stage(scene, stage_dir, addresses, NULL, &diag);
+	sim_scene_destroy(scene);
+	snprintf(config_path, sizeof(config_path), "%s/stage.yaml", stage_dir);
+	diag_finish(&diag);
+	return err;
+}
+
+static int remove_stage(void **state)
+{
+	char command[PATH_MAX];
+
+	(void)state;
+	snprintf(command, sizeof(command), "rm -r %s", stage_dir);
+	return system(command);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_silent_camera_stalls_nobody),
+		cmocka_unit_test(a_vanished_camera_comes_back_by_itself),
+		cmocka_unit_test(the_end_of_all_recordings_leaves_the_station_up),
+		cmocka_unit_test(every_loss_is_counted_by_its_cause),
+		cmocka_unit_test(one_camera_that_is_not_there_leaves_none_open),
+		cmocka_unit_test(a_station_that_nobody_listens_to_keeps_the_oldest_sets),
+	};
+
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, make_stage, remove_stage);
+}
