@@ -15,6 +15,7 @@
 #include "ctl/program_drivers.h"
 #include "ctl/recording.h"
 #include "ctl/shot_json.h"
+#include "drivers/files.h"
 #include "track/shot.h"
 #include "track/sync.h"
 
@@ -78,18 +79,25 @@ static bool next_shot(struct process *p)
 	return result != SYNC_END;
 }
 
-/* The shortest period of the cameras that know theirs; 0 = sync learns it. */
+static int compare_ns(const void *a, const void *b)
+{
+	int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
+
+	return (x > y) - (x < y);
+}
+
+/* The median of the periods that the recordings tell by their first two frames: a camera that
+ * dropped or repeated one there is outvoted. 0 = sync learns it. */
 static int64_t recorded_period_ns(const struct process *p)
 {
-	int64_t period_ns = 0;
+	int64_t periods_ns[CAMERA_MAX];
+	size_t count = 0;
 
-	for (uint32_t c = 0; c < p->stage.config.camera_count; c++) {
-		int64_t own_ns = p->cameras[c].granted.period_ns;
-
-		if (p->cameras[c].camera && own_ns > 0 && (period_ns == 0 || own_ns < period_ns))
-			period_ns = own_ns;
-	}
-	return period_ns;
+	for (uint32_t c = 0; c < p->stage.config.camera_count; c++)
+		if (p->cameras[c].camera && p->cameras[c].granted.period_ns > 0)
+			periods_ns[count++] = p->cameras[c].granted.period_ns;
+	qsort(periods_ns, count, sizeof(periods_ns[0]), compare_ns);
+	return count ? periods_ns[(count - 1) / 2] : 0;
 }
 
 /* Opens everything; returns an exit code. */
@@ -115,6 +123,13 @@ static int prepare(struct process *p, const char *config_path, const char *outpu
 	return exit_code_of(err, EXIT_CODE_BAD_INPUT);
 }
 
+static const char *first_problem(const struct open_camera *camera)
+{
+	const char *problem = files_camera_problem(camera->camera);
+
+	return problem[0] ? problem : "an image of another size than the first";
+}
+
 static void report_camera(const struct process *p, uint32_t camera, struct diag *diag)
 {
 	const struct config_camera *named = &p->stage.config.cameras[camera];
@@ -122,10 +137,10 @@ static void report_camera(const struct process *p, uint32_t camera, struct diag 
 
 	if (losses.damaged)
 		diag_add(diag,
-			 "camera %s: %s: %" PRIu64 " of %" PRIu64 " images could not be read or "
-			 "have another size; the camera is missing from their shots",
-			 named->name, named->address, losses.damaged,
-			 losses.damaged + losses.frames);
+			 "camera %s: %" PRIu64 " of %" PRIu64 " images are damaged, and the camera "
+			 "is missing from their shots; the first: %s",
+			 named->name, losses.damaged, losses.damaged + losses.frames,
+			 first_problem(&p->cameras[camera]));
 	if (losses.error)
 		diag_add(diag, "camera %s: %s: reading ended early: %s", named->name,
 			 named->address, strerror(-losses.error));

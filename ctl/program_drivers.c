@@ -6,14 +6,17 @@
 #include <stddef.h>
 
 #include "drivers/aravis.h"
+#include "drivers/files.h"
 #include "sim/world.h"
 
 const struct camera_driver *const live_drivers[] = {
 	&aravis_camera_driver,
+	&files_camera_driver,
 	&sim_camera_driver,
 	NULL,
 };
 
 const struct camera_driver *const recording_drivers[] = {
+	&files_camera_driver_unpaced,
 	NULL,
 };

@@ -62,6 +62,7 @@ struct capture {
 	pthread_t thread;
 	bool joinable;
 	bool fifo_granted;
+	bool damage_told; /* logged once; the counters tell how much */
 
 	/* capture thread */
 	bool has_seq;

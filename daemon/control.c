@@ -187,12 +187,23 @@ static int on_client(sd_event_source *source, int fd, uint32_t events, void *use
 	return 0;
 }
 
+/* When all places are taken, the client that has been silent longest makes room. */
 static struct control_client *free_place(struct control *control)
 {
-	for (int i = 0; i < CONTROL_CLIENT_MAX; i++)
-		if (control->clients[i].fd < 0)
-			return &control->clients[i];
-	return NULL;
+	struct control_client *silent = NULL;
+
+	for (int i = 0; i < CONTROL_CLIENT_MAX; i++) {
+		struct control_client *client = &control->clients[i];
+
+		if (client->fd < 0)
+			return client;
+		if (!silent || client->progress_ns < silent->progress_ns)
+			silent = client;
+	}
+	if (clock_now_ns() - silent->progress_ns < STALL_NS)
+		return NULL;
+	client_cut_off(silent);
+	return silent;
 }
 
 static int on_connect(sd_event_source *source, int fd, uint32_t events, void *user)

@@ -6,11 +6,13 @@
 #include <stddef.h>
 
 #include "drivers/aravis.h"
+#include "drivers/files.h"
 #include "drivers/trigger_free.h"
 #include "sim/world.h"
 
 const struct camera_driver *const camera_drivers[] = {
 	&aravis_camera_driver,
+	&files_camera_driver,
 	&sim_camera_driver,
 	NULL,
 };

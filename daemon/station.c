@@ -29,10 +29,15 @@ static uint32_t queue_length(const struct config *config)
 	return length > QUEUE_MIN ? (uint32_t)length : QUEUE_MIN;
 }
 
-/* What a failed open says about the input, or about the device. */
+/* What a failed open says: a file that is missing or wrong is bad input (a recording, or its
+ * address); all else is the device. */
 static enum exit_code open_exit_code(int err)
 {
 	switch (err) {
+	case -ENOENT:
+	case -ENOTDIR:
+	case -EACCES:
+	case -ENAMETOOLONG:
 	case -EINVAL:
 	case -EBADMSG:
 	case -EPROTO:

@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "daemon/program_drivers.h"
 #include "daemon/station.h"
+#include "drivers/files.h"
 
 static const char *const station_state_names[] = {
 	[STATION_IDLE] = "idle",
@@ -72,11 +73,32 @@ static void take_back(struct station *station)
 	diag_finish(&diag);
 }
 
+static const char *damage_cause(const struct capture *capture)
+{
+	if (capture->device.driver != &files_camera_driver || !capture->device.camera)
+		return "the frames come incomplete";
+	return files_camera_problem(capture->device.camera);
+}
+
+static void watch_damage(struct capture *capture)
+{
+	uint64_t bad = atomic_load(&capture->counters.damaged) +
+		       atomic_load(&capture->counters.wrong_size);
+
+	if (!bad || capture->damage_told)
+		return;
+	capture->damage_told = true;
+	log_warning("camera %s: damaged images, missing from their shots: %s; stagectl status "
+		    "counts them",
+		    capture->name, damage_cause(capture));
+}
+
 static void watch_camera(struct station *station, uint32_t index)
 {
 	struct capture *capture = &station->captures[index];
 	int state = atomic_load(&capture->state);
 
+	watch_damage(capture);
 	if (state == CAPTURE_RUNNING)
 		return;
 	if (capture->joinable) {

@@ -190,7 +190,7 @@ static struct station *start_station(void)
 	assert_int_equal(station->state, STATION_CONFIGURED);
 	assert_int_equal(station_start(station, &diag), EXIT_CODE_OK);
 	assert_int_equal(station->state, STATION_RUNNING);
-	run_for(station, 200 * NS_PER_MS);
+	run_for(station, 60 * NS_PER_MS);
 	return station;
 }
 

@@ -1,0 +1,115 @@
+"""Wrong input: the message names file and field, the exit code is of the table, nothing runs on."""
+import re
+import subprocess
+
+import pytest
+
+from conftest import STAGED, ctl
+
+
+def replace(path, pattern, replacement):
+    text = path.read_text()
+    changed = re.sub(pattern, replacement, text, count=1, flags=re.M)
+    assert changed != text
+    path.write_text(changed)
+
+
+def missing_camera(stage):
+    replace(stage / "stage.yaml", "files:ir2", "files:ir9")
+    return "ir9"
+
+
+def missing_table(stage):
+    (stage / "ir1" / "frames.csv").unlink()
+    return "ir1/frames.csv"
+
+
+def bad_table(stage):
+    replace(stage / "ir1" / "frames.csv", r"^1,\d+,", "1,soon,")
+    return "ir1/frames.csv:3"
+
+
+def rig_of_another_size(stage):
+    replace(stage / "rig" / "ir0.cameramodel", r"1280", "640")
+    return "ir0"
+
+
+def missing_model(stage):
+    (stage / "rig" / "ir3.cameramodel").unlink()
+    return "ir3.cameramodel"
+
+
+def malformed_model(stage):
+    replace(stage / "rig" / "ir1.cameramodel", r"'?lensmodel'?", "'lens'")
+    return "ir1.cameramodel"
+
+
+def doubled_marker(stage):
+    text = (stage / "layout.yaml").read_text()
+    names = re.findall(r"name: *\"?(\w+)", text)
+    replace(stage / "layout.yaml", rf"\b{names[1]}\b", names[0])
+    return "layout.yaml:"
+
+
+def doubled_camera(stage):
+    replace(stage / "stage.yaml", "name: ir1", "name: ir0")
+    return "stage.yaml:"
+
+
+def unknown_field(stage):
+    replace(stage / "stage.yaml", "rate_hz", "rate_hertz")
+    return "rate_hertz"
+
+
+def broken_yaml(stage):
+    (stage / "stage.yaml").write_text("rig: [\n")
+    return "stage.yaml:"
+
+
+def unknown_driver(stage):
+    replace(stage / "stage.yaml", "files:ir2", "film:ir2")
+    return "film"
+
+
+def no_config(stage):
+    (stage / "stage.yaml").unlink()
+    return "stage.yaml"
+
+
+SPOILERS = [missing_camera, missing_table, bad_table, rig_of_another_size, missing_model,
+            malformed_model, doubled_marker, doubled_camera, unknown_field, broken_yaml,
+            unknown_driver, no_config]
+
+
+@pytest.mark.parametrize("spoil", SPOILERS, ids=lambda spoil: spoil.__name__)
+def test_bad_input(spoil, stage, tmp_path):
+    named = spoil(stage)
+    config, output = stage / "stage.yaml", tmp_path / "out.jsonl"
+    sockets = tmp_path / "sockets"
+    station = subprocess.run([STAGED, "--config", config, "--socket-dir", sockets], text=True,
+                             capture_output=True, timeout=10, check=False)
+    assert named in station.stderr
+    assert station.returncode == 3
+    assert not sockets.exists()
+
+    processed = ctl("process", config, "--output", output)
+    assert (processed.returncode, processed.stdout) == (3, "")
+    assert named in processed.stderr
+    assert not list(tmp_path.glob("out*"))
+
+    if spoil is not unknown_driver:  # a live camera is not touched by a check
+        checked = ctl("config", "check", config)
+        assert checked.returncode == 3 and named in checked.stderr
+
+
+def test_all_errors_are_told_in_one_run(stage):
+    named = [doubled_marker(stage), missing_model(stage), malformed_model(stage)]
+    checked = ctl("config", "check", stage / "stage.yaml")
+    assert checked.returncode == 3
+    assert all(name in checked.stderr for name in named)
+
+
+def test_good_config_is_summed_up(recording):
+    checked = ctl("config", "check", recording / "stage.yaml")
+    assert checked.returncode == 0, checked.stderr
+    assert "ir3" in checked.stdout and "74 markers" in checked.stdout

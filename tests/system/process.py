@@ -1,0 +1,91 @@
+"""stagectl process: the recording in, one JSON object per shot out."""
+import json
+
+from conftest import ctl, truncate
+
+
+def process(config, *options):
+    done = ctl("process", config, *options)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_same_files_give_the_same_bytes(recording, tmp_path):
+    config = recording / "stage.yaml"
+    first = process(config, "--threads", "1")
+    assert first == process(config, "--threads", "4")
+    process(config, "--output", tmp_path / "out.jsonl")
+    assert first == (tmp_path / "out.jsonl").read_text()
+    assert [path.name for path in tmp_path.iterdir()] == ["out.jsonl"]
+
+
+def test_every_shot_is_one_object_of_the_promised_shape(recording):
+    shots = [json.loads(line) for line in process(recording / "stage.yaml").splitlines()]
+    assert [shot["shot"] for shot in shots] == list(range(48))
+    assert set(shots[0]) == {"shot", "mid_exposure_ns", "markers", "heads"}
+    for marker in shots[-1]["markers"]:
+        assert set(marker) == {"label", "p_m", "cov_m2", "residual_px", "cameras", "status"}
+        assert marker["status"] in ("measured", "two_camera", "predicted", "missing")
+        if marker["status"] == "missing":
+            assert marker["p_m"] is None and marker["cov_m2"] is None
+        else:
+            assert len(marker["p_m"]) == 3 and len(marker["cov_m2"]) == 6
+        if marker["status"] == "measured":
+            assert marker["cameras"] >= 3
+    head = shots[-1]["heads"][0]
+    assert set(head) == {"actor", "q", "t_m", "residual_m"}
+    assert abs(sum(x * x for x in head["q"]) - 1) < 1e-6
+
+
+def test_markers_are_where_the_truth_says(recording):
+    shots = [json.loads(line) for line in process(recording / "stage.yaml").splitlines()]
+    truths = [json.loads(line) for line in (recording / "truth.jsonl").read_text().splitlines()]
+    errors = []
+    for shot, truth in zip(shots, truths):
+        where = {marker["name"]: marker["p_m"] for marker in truth["markers"]}
+        for marker in shot["markers"]:
+            if marker["status"] == "measured" and marker["label"]:
+                errors.append(sum((a - b) ** 2 for a, b in
+                                  zip(marker["p_m"], where[marker["label"]])) ** 0.5)
+    errors.sort()
+    assert len(errors) > 40 * 40
+    assert errors[len(errors) // 2] < 1e-4
+
+
+def test_truncated_image_costs_one_camera_of_one_shot_and_is_named(stage):
+    image = stage / "ir1" / "000020.pgm"
+    truncate(image)
+    done = ctl("process", stage / "stage.yaml")
+    assert done.returncode == 3
+    assert "ir1/000020.pgm" in done.stderr
+    shots = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [shot["shot"] for shot in shots] == list(range(48))
+    assert max(marker["cameras"] for marker in shots[20]["markers"]) == 3
+    assert max(marker["cameras"] for marker in shots[21]["markers"]) == 4
+
+
+def test_frames_without_shot_numbers_are_joined_by_time(stage):
+    with_numbers = process(stage / "stage.yaml")
+    for camera in range(4):
+        table = stage / f"ir{camera}" / "frames.csv"
+        rows = [line.partition(",")[2] for line in table.read_text().splitlines()]
+        table.write_text("\n".join(rows) + "\n")
+    assert process(stage / "stage.yaml") == with_numbers
+
+
+def test_camera_that_drops_frames_is_missing_from_those_shots_only(stage):
+    table = stage / "ir2" / "frames.csv"
+    rows = table.read_text().splitlines()
+    table.write_text("\n".join(row for row in rows if not row.startswith(("7,", "8,"))) + "\n")
+    shots = [json.loads(line) for line in process(stage / "stage.yaml").splitlines()]
+    seen = [max(marker["cameras"] for marker in shot["markers"]) for shot in shots]
+    assert seen[7] == seen[8] == 3
+    assert seen[6] == seen[9] == 4
+
+
+def test_hd_cameras_are_accepted_and_not_tracked(stage):
+    config = stage / "stage.yaml"
+    without = process(config)
+    config.write_text(config.read_text() +
+                      '- {name: hd0, address: "v4l2:/dev/video0", role: hd}\n')
+    assert process(config) == without
