@@ -26,9 +26,9 @@
 #define POOL_MIN 16
 #define POOL_MAX 64
 #define PAGE_BYTES 4096
-#define RETENTION_US 20000u /* a frame with packets missing holds up the next ones */
-#define RECEIVE_PRIORITY 60
-#define PATH_BOUND_NS (300 * NS_PER_US) /* first packet sent to seen, at best */
+#define RETENTION_US 20000u             /* a frame with packets missing holds up the next ones */
+#define RECEIVE_PRIORITY 55             /* above the capture threads, below the trigger */
+#define PATH_BOUND_NS (300 * NS_PER_US) /* of a first packet, where no clock reading tells */
 
 /* One frame's memory. Owned by whoever holds the buffer. */
 struct slot {
@@ -252,6 +252,21 @@ static int open_stream(struct aravis_camera *camera, size_t payload_bytes, struc
 	return 0;
 }
 
+/* Without a reading of its clock a device is believed to send as soon as the exposure is over. */
+static void start_clock(struct aravis_camera *camera)
+{
+	struct device_clock reading;
+
+	camera->clock = (struct clock_map){
+		.path_ns = camera->stamps_middle ? camera->mode.exposure_ns / 2
+						 : camera->mode.exposure_ns,
+		.path_bound_ns = PATH_BOUND_NS,
+	};
+	if (aravis_read_clock(camera->device, &reading) == 0)
+		clock_map_anchor(&camera->clock, reading.device_ns, reading.host_ns,
+				 reading.bound_ns);
+}
+
 static int aravis_start(struct camera *base, struct diag *diag)
 {
 	struct aravis_camera *camera = (struct aravis_camera *)base;
@@ -264,7 +279,7 @@ static int aravis_start(struct camera *base, struct diag *diag)
 	camera->stopping = false;
 	camera->started_count = camera->done_count = 0;
 	camera->counter = (struct frame_counter){0};
-	camera->clock = (struct clock_map){.path_bound_ns = PATH_BOUND_NS};
+	start_clock(camera);
 	result = create_pool(camera, payload_bytes);
 	if (!result)
 		result = open_stream(camera, payload_bytes, diag);
@@ -348,16 +363,15 @@ static bool whole(const struct aravis_camera *camera, ArvBuffer *buffer)
 	       size_bytes >= (size_t)camera->mode.width_px * camera->mode.height_px;
 }
 
-/* A device stamps the start of an exposure, and sends nothing of a frame before its end; those that
- * aravis_stamps_middle() knows stamp the middle, and so half of the exposure is left out twice. */
+/* A device stamps the start of an exposure; those that aravis_stamps_middle() knows, the middle. */
 static void stamp(struct aravis_camera *camera, const struct slot *slot, struct frame *out)
 {
 	int64_t device_ns = (int64_t)arv_buffer_get_timestamp(slot->buffer);
-	int64_t exposure_ns = camera->stamps_middle ? 0 : camera->mode.exposure_ns;
 
-	clock_map_sample(&camera->clock, device_ns, slot->leader_ns - exposure_ns);
-	out->mid_exposure_ns = clock_map_host_ns(&camera->clock, device_ns, &out->uncertainty_ns) +
-			       exposure_ns / 2;
+	clock_map_sample(&camera->clock, device_ns, slot->leader_ns);
+	out->mid_exposure_ns = clock_map_host_ns(&camera->clock, device_ns, &out->uncertainty_ns);
+	if (!camera->stamps_middle)
+		out->mid_exposure_ns += camera->mode.exposure_ns / 2;
 	out->arrival_ns = slot->arrival_ns;
 }
 

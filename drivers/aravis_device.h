@@ -25,6 +25,15 @@ int aravis_configure_device(ArvCamera *device, const char *address,
 /* True when the device stamps the middle of the exposure; the rule is that it stamps the start. */
 bool aravis_stamps_middle(ArvCamera *device);
 
+/* The device's clock showed device_ns when ours was within bound_ns of host_ns. */
+struct device_clock {
+	int64_t device_ns, host_ns, bound_ns;
+};
+
+/* The sharpest of several readings; -ENOTSUP when the device has no clock that can be read, -EIO.
+ */
+int aravis_read_clock(ArvCamera *device, struct device_clock *out);
+
 /* True when the device can send lost packets again. */
 bool aravis_resends(ArvCamera *device);
 

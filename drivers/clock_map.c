@@ -13,7 +13,8 @@
 #define STEP_BINS 4
 #define YOUNG_SAMPLES 8
 #define YOUNG_NS 1000000.0 /* spread assumed of a map with fewer samples than that */
-#define YOUNG_BINS 5       /* with fewer the drift is a guess */
+#define ANCHOR_DELAY_MAX_NS INT64_C(1000000000)
+#define YOUNG_BINS 10 /* with fewer the drift is a guess */
 
 static double line_delay(const struct clock_map *map, int64_t device_ns)
 {
@@ -25,6 +26,7 @@ static void restart(struct clock_map *map)
 	map->count = 0;
 	map->samples = 0;
 	map->resets++;
+	map->anchored = false;
 	map->last_device_ns = 0;
 	map->last_host_ns = 0;
 }
@@ -130,15 +132,47 @@ static void fit(struct clock_map *map)
 	map->residual_ns = sum / map->count - floor(lowest);
 }
 
+void clock_map_anchor(struct clock_map *map, int64_t device_ns, int64_t host_ns, int64_t bound_ns)
+{
+	map->anchored = true;
+	map->anchor = (struct clock_map_point){device_ns, host_ns - device_ns};
+	map->anchor_bound_ns = bound_ns;
+}
+
+/* A reading that the first message contradicts was of another clock than that of the stamps. */
+static bool anchor_holds(const struct clock_map *map, int64_t device_ns, int64_t delay_ns)
+{
+	double drift_ns = DRIFT_MAX * fabs((double)(device_ns - map->anchor.device_ns));
+	int64_t slack_ns = map->anchor_bound_ns + llround(drift_ns);
+
+	return device_ns >= map->anchor.device_ns - slack_ns &&
+	       delay_ns >= map->anchor.delay_ns - slack_ns &&
+	       delay_ns < map->anchor.delay_ns + ANCHOR_DELAY_MAX_NS;
+}
+
+/* The line at the anchor is as much above it as the fastest message travels. */
+static void learn_path(struct clock_map *map)
+{
+	if (!map->anchored || map->count < YOUNG_BINS)
+		return;
+	map->path_ns = llround(line_delay(map, map->anchor.device_ns)) - map->anchor.delay_ns;
+	map->path_bound_ns = map->anchor_bound_ns + llround(5.0 * map->residual_ns);
+	if (map->count == CLOCK_MAP_BINS)
+		map->anchored = false;
+}
+
 void clock_map_sample(struct clock_map *map, int64_t device_ns, int64_t host_ns)
 {
 	int64_t delay_ns = host_ns - device_ns;
 
 	if (stepped(map, device_ns, delay_ns))
 		restart(map);
+	if (map->anchored && !map->samples)
+		map->anchored = anchor_holds(map, device_ns, delay_ns);
 	insert(map, (struct clock_map_point){device_ns, delay_ns});
 	map->samples++;
 	fit(map);
+	learn_path(map);
 }
 
 /* How far the line may be from the truth, apart from the path. */
@@ -153,23 +187,30 @@ static double spread_ns(const struct clock_map *map, int64_t device_ns)
 	return spread;
 }
 
+static int64_t by_line(const struct clock_map *map, int64_t device_ns, int64_t *uncertainty_ns)
+{
+	*uncertainty_ns = map->path_bound_ns + llround(spread_ns(map, device_ns));
+	return device_ns + llround(line_delay(map, device_ns)) - map->path_ns;
+}
+
+/* While the drift is unknown the reading alone says more than the line. */
+static int64_t by_anchor(const struct clock_map *map, int64_t device_ns, int64_t *uncertainty_ns)
+{
+	double age_ns = fabs((double)(device_ns - map->anchor.device_ns));
+
+	*uncertainty_ns = map->anchor_bound_ns + llround(DRIFT_MAX * age_ns);
+	return device_ns + map->anchor.delay_ns;
+}
+
 int64_t clock_map_host_ns(struct clock_map *map, int64_t device_ns, int64_t *uncertainty_ns)
 {
-	int64_t host_ns = device_ns + llround(line_delay(map, device_ns)) - map->path_ns;
+	bool young = map->anchored && map->count < YOUNG_BINS;
+	int64_t host_ns = young ? by_anchor(map, device_ns, uncertainty_ns)
+				: by_line(map, device_ns, uncertainty_ns);
 
 	if (map->last_host_ns && device_ns > map->last_device_ns && host_ns <= map->last_host_ns)
 		host_ns = map->last_host_ns + 1;
 	map->last_device_ns = device_ns;
 	map->last_host_ns = host_ns;
-	*uncertainty_ns = map->path_bound_ns + llround(spread_ns(map, device_ns));
 	return host_ns;
-}
-
-void clock_map_calibrate(struct clock_map *map, int64_t device_ns, int64_t host_ns,
-			 int64_t bound_ns)
-{
-	double path_ns = (double)device_ns + line_delay(map, device_ns) - (double)host_ns;
-
-	map->path_ns = llround(fmax(0.0, path_ns));
-	map->path_bound_ns = bound_ns;
 }

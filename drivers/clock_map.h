@@ -19,8 +19,8 @@ struct clock_map_point {
 
 /* Zero it, set path_bound_ns; nothing else is the caller's. */
 struct clock_map {
-	int64_t path_ns;       /* the fastest a message can travel; what is known of it */
-	int64_t path_bound_ns; /* ... and the bound on the error of that */
+	int64_t path_ns;       /* how long the fastest message travels, as far as known */
+	int64_t path_bound_ns; /* bound on the error of that */
 	uint32_t count;        /* points used, oldest first */
 	struct clock_map_point points[CLOCK_MAP_BINS];
 	uint64_t samples; /* since the last reset */
@@ -28,9 +28,18 @@ struct clock_map {
 	/* the line: delay = base_delay_ns + drift * (device - base_device_ns) */
 	int64_t base_device_ns, base_delay_ns;
 	double drift;
-	double residual_ns;                   /* mean height of the points above the line */
+	double residual_ns; /* mean height of the points above the line */
+	/* the two-sided reading, until the window has moved past it */
+	bool anchored;
+	struct clock_map_point anchor;
+	int64_t anchor_bound_ns;
 	int64_t last_device_ns, last_host_ns; /* latest answer, for monotone use */
 };
+
+/* A two-sided reading: when the device's clock showed `device_ns` the host's was within bound_ns of
+ * `host_ns`. To be given before the first sample; it makes the first answers good and teaches how
+ * long the fastest message travels. */
+void clock_map_anchor(struct clock_map *map, int64_t device_ns, int64_t host_ns, int64_t bound_ns);
 
 /* A sample; device times must rise. A device clock that steps starts the map anew. */
 void clock_map_sample(struct clock_map *map, int64_t device_ns, int64_t host_ns);
@@ -38,9 +47,3 @@ void clock_map_sample(struct clock_map *map, int64_t device_ns, int64_t host_ns)
 /* CLOCK_MONOTONIC at `device_ns`, and a bound on its error. Needs one sample. Answers rise when the
  * questions do, whatever later samples teach. */
 int64_t clock_map_host_ns(struct clock_map *map, int64_t device_ns, int64_t *uncertainty_ns);
-
-/* Tells the map what a two-sided reading of the device's clock says: at `device_ns` the host's was
- * within bound_ns of `host_ns`. From that and the line follows how long the fastest message takes.
- */
-void clock_map_calibrate(struct clock_map *map, int64_t device_ns, int64_t host_ns,
-			 int64_t bound_ns);

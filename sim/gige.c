@@ -8,6 +8,7 @@
 #include <arpa/inet.h>
 #include <errno.h>
 #include <inttypes.h>
+#include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,10 +25,20 @@
 #define NAP_NS (20 * NS_PER_MS)           /* between looks at `stopping` */
 #define EPOCH_AHEAD_MAX_NS (NS_PER_S / 2) /* control waits while a camera waits for its pulse */
 #define EXPOSURE_US 500.0                 /* what the cameras say of themselves */
+#define PULSE_PRIORITY 10                 /* below every thread of the station */
 #define POLL_RATE_HZ 1e6                  /* of Aravis for a trigger: at once, ours is the wait */
 
 /* Registers of the device description block (GigE Vision 2, table "Bootstrap registers"). */
-enum { REGISTER_VENDOR = 0x48, REGISTER_MODEL = 0x68, REGISTER_INFO = 0xa8, REGISTER_NAME = 0xe8 };
+enum {
+	REGISTER_VENDOR = 0x48,
+	REGISTER_MODEL = 0x68,
+	REGISTER_INFO = 0xa8,
+	REGISTER_NAME = 0xe8,
+	REGISTER_TIMESTAMP_CONTROL = 0x0944,
+	REGISTER_TIMESTAMP_HIGH = 0x0948,
+	REGISTER_TIMESTAMP_LOW = 0x094c,
+	TIMESTAMP_LATCH = 2,
+};
 
 struct gige_camera {
 	/* set before the thread starts */
@@ -36,7 +47,8 @@ struct gige_camera {
 	char address[INET_ADDRSTRLEN];
 	struct sim_renderer *renderer;
 	ArvGvFakeCamera *device;
-	ArvFakeCamera *registers; /* of the device */
+	_Atomic(ArvFakeCamera *)
+		registers; /* of the device; its thread starts before this is set */
 
 	/* owned by Aravis' thread of this camera */
 	uint64_t next_shot;
@@ -95,6 +107,15 @@ static uint64_t claim_shot(struct gige_camera *camera, bool first)
 	return shot;
 }
 
+/* On time for the pulse and the sending, as hardware would be; not for the rendering, which would
+ * hold up the station on the same machine. Only where the user may. */
+static void set_urgent(bool urgent)
+{
+	struct sched_param param = {.sched_priority = urgent ? PULSE_PRIORITY : 0};
+
+	pthread_setschedparam(pthread_self(), urgent ? SCHED_FIFO : SCHED_OTHER, &param);
+}
+
 static void wait_for_pulse(const struct gige_stage *stage, int64_t pulse_ns)
 {
 	for (int64_t now_ns = clock_now_ns(); now_ns < pulse_ns && !stage->stopping;
@@ -122,12 +143,14 @@ static void expose(ArvBuffer *buffer, void *user, guint32 exposure_us, guint32 g
 
 	(void)exposure_us;
 	(void)gain;
+	set_urgent(false);
 	if (picture_fits(stage, buffer, format)) {
 		const uint8_t *image = sim_render(camera->renderer, shot, &width_px, &height_px);
 
 		memcpy((void *)arv_buffer_get_data(buffer, NULL), image,
 		       (size_t)width_px * height_px);
 	}
+	set_urgent(true);
 	wait_for_pulse(stage, pulse_ns);
 	camera->sent++;
 	camera->late += clock_now_ns() > pulse_ns + LATE_NS;
@@ -327,8 +350,42 @@ int gige_stage_start(struct gige_stage *stage, struct diag *diag)
 void gige_stage_stop(struct gige_stage *stage)
 {
 	stage->stopping = true;
-	for (uint32_t i = 0; i < stage->camera_count; i++)
+	for (uint32_t i = 0; i < stage->camera_count; i++) {
 		g_clear_object(&stage->cameras[i].device);
+		stage->cameras[i].registers = NULL;
+	}
+}
+
+static struct gige_camera *find_camera(struct gige_stage *stage, int control_fd)
+{
+	struct sockaddr_in local;
+	socklen_t size = sizeof(local);
+	char address[INET_ADDRSTRLEN];
+
+	if (getsockname(control_fd, (struct sockaddr *)&local, &size))
+		return NULL;
+	inet_ntop(AF_INET, &local.sin_addr, address, sizeof(address));
+	for (uint32_t i = 0; i < stage->camera_count; i++)
+		if (stage->cameras[i].registers && !strcmp(address, stage->cameras[i].address))
+			return &stage->cameras[i];
+	return NULL;
+}
+
+void gige_stage_latch(struct gige_stage *stage, int control_fd, int64_t packet_ns)
+{
+	struct gige_camera *camera = find_camera(stage, control_fd);
+	guint32 control = 0;
+
+	if (!camera)
+		return;
+	arv_fake_camera_read_register(camera->registers, REGISTER_TIMESTAMP_CONTROL, &control);
+	if (control != TIMESTAMP_LATCH)
+		return;
+	arv_fake_camera_write_register(camera->registers, REGISTER_TIMESTAMP_HIGH,
+				       (guint32)(packet_ns >> 32));
+	arv_fake_camera_write_register(camera->registers, REGISTER_TIMESTAMP_LOW,
+				       (guint32)packet_ns);
+	arv_fake_camera_write_register(camera->registers, REGISTER_TIMESTAMP_CONTROL, 0);
 }
 
 void gige_stage_lose_packets(struct gige_stage *stage, double ratio)

@@ -30,6 +30,11 @@ void gige_stage_destroy(struct gige_stage *stage); /* accepts NULL; stops it fir
 int gige_stage_start(struct gige_stage *stage, struct diag *diag);
 void gige_stage_stop(struct gige_stage *stage);
 
+/* The camera whose control port is `control_fd` has just answered a packet that came at
+ * `packet_ns`: if that asked it to latch its clock, which is CLOCK_MONOTONIC, this is what it
+ * shows. */
+void gige_stage_latch(struct gige_stage *stage, int control_fd, int64_t packet_ns);
+
 /* A fault to be played: this share of all packets gets lost on the way. Before start. */
 void gige_stage_lose_packets(struct gige_stage *stage, double ratio);
 

@@ -58,11 +58,28 @@ __attribute__((visibility("default"))) void freeifaddrs(struct ifaddrs *list)
 	(void)list;
 }
 
+static gige_answered_fn *watcher;
+static void *watcher_user;
+
+void gige_loopback_watch(gige_answered_fn *answered, void *user)
+{
+	watcher = answered;
+	watcher_user = user;
+}
+
 /* A fake camera that wakes after its time computes a negative wait as unsigned and sleeps 100 ms.
- * It asks again after every timeout, so a short one costs it nothing. */
+ * It asks again after every timeout, so a short one costs it nothing. Its control port comes first,
+ * and packets are dealt with when it polls again. */
 __attribute__((visibility("default"))) gint g_poll(GPollFD *fds, guint count, gint timeout_ms)
 {
-	return poll((struct pollfd *)fds, count, timeout_ms == 0 ? 0 : 1);
+	static _Thread_local int64_t packet_ns;
+
+	if (packet_ns && watcher && count)
+		watcher(watcher_user, fds[0].fd, packet_ns);
+	int ready = poll((struct pollfd *)fds, count, timeout_ms == 0 ? 0 : 1);
+
+	packet_ns = ready > 0 ? clock_now_ns() : 0;
+	return ready;
 }
 
 /* Aravis hears discovery on 255.255.255.255: from the loopback interface only, not from the net. */

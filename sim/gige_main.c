@@ -142,6 +142,11 @@ static void serve(struct gige_stage *stage, const struct sim_scene *scene,
 	       counts.sent, counts.late, counts.skipped);
 }
 
+static void watch(void *user, int control_fd, int64_t packet_ns)
+{
+	gige_stage_latch(user, control_fd, packet_ns);
+}
+
 static int run(const struct arguments *a, const sigset_t *ending, struct diag *diag)
 {
 	struct sim_scene *scene = NULL;
@@ -154,6 +159,7 @@ static int run(const struct arguments *a, const sigset_t *ending, struct diag *d
 	}
 	if (!error) {
 		gige_stage_lose_packets(stage, a->lost_ratio);
+		gige_loopback_watch(watch, stage);
 		error = gige_stage_start(stage, diag);
 	}
 	if (!error)
