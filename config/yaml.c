@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "config/utf8.h"
 
 /* The library would write to standard error itself; its messages are collected instead. */
 static void drop_output(struct fy_diag *diag, void *user, const char *text, size_t size)
@@ -71,12 +72,27 @@ static bool report_parse_errors(struct yaml *yaml)
 	return any;
 }
 
+/* libfyaml goes by characters, so what is none is refused before. */
+static int check_text(struct yaml *yaml, size_t size)
+{
+	size_t valid = utf8_valid_bytes(yaml->text, size), length = strlen(yaml->text);
+	size_t bad = valid < length ? valid : length;
+	struct yaml_place place = {1, 1};
+
+	if (bad == size)
+		return 0;
+	for (size_t i = 0; i < bad; i++)
+		place = yaml->text[i] == '\n' ? (struct yaml_place){place.line + 1, 1}
+					      : (struct yaml_place){place.line, place.column + 1};
+	yaml_complain(yaml, place, "", "not YAML: byte 0x%02x is no text (UTF-8)",
+		      (unsigned char)yaml->text[bad]);
+	return -EINVAL;
+}
+
 static int parse(struct yaml *yaml, size_t size)
 {
-	if (strlen(yaml->text) != size) {
-		yaml_complain(yaml, (struct yaml_place){1, 1}, "", "not YAML: a NUL byte in it");
+	if (check_text(yaml, size))
 		return -EINVAL;
-	}
 	if (fy_parser_set_string(yaml->parser, yaml->text, size))
 		return -ENOMEM;
 	yaml->document = fy_parse_load_document(yaml->parser);

@@ -255,8 +255,12 @@ static void text_that_is_not_yaml_is_refused_with_its_place(void **state)
 			"1:1: more than one document (---) in the file\n");
 	write_file("rig: a\0b\n", 9);
 	assert_int_equal(config_load(&config, path, &diag), -EINVAL);
-	assert_non_null(strstr(diag.text, ":1:1: not YAML: a NUL byte in it"));
+	assert_non_null(strstr(diag.text, ":1:7: not YAML: byte 0x00 is no text (UTF-8)"));
 	diag_finish(&diag);
+	expect_messages("rig: a\nrig: \xc3\xbc\xff\n",
+			"2:8: not YAML: byte 0xff is no text (UTF-8)\n");
+	/* the YAML library would never come back from this */
+	expect_messages("%c\xdf: a\n", "1:3: not YAML: byte 0xdf is no text (UTF-8)\n");
 }
 
 static void bombs_are_harmless(void **state)
