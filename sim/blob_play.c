@@ -27,7 +27,9 @@ static bool join_blob(struct blob_set *set, double merge_px, const double pixel[
 	for (uint32_t b = 0; b < set->blob_count; b++) {
 		struct blob *blob = &set->blobs[b];
 
-		if (hypot(blob->x_px - pixel[0], blob->y_px - pixel[1]) >= merge_px)
+		double dx = blob->x_px - pixel[0], dy = blob->y_px - pixel[1];
+
+		if (dx * dx + dy * dy >= merge_px * merge_px)
 			continue;
 		blob->x_px = (float)(0.5 * (blob->x_px + pixel[0]));
 		blob->y_px = (float)(0.5 * (blob->y_px + pixel[1]));

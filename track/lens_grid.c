@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -30,10 +31,10 @@ void lens_grid_finish(struct lens_grid *grid)
 }
 
 /* The patch of a coordinate in units of steps: its lower node, kept so far inside that all four
- * nodes exist (fmax turns NaN into the first patch), and the place in it. */
+ * nodes exist (NaN ends up in the first patch), and the place in it. */
 static int find_patch(double steps, int count, double *t)
 {
-	int patch = (int)fmax(1.0, fmin(floor(steps), count - 3));
+	int patch = steps > 1.0 ? (steps < count - 3 ? (int)steps : count - 3) : 1;
 
 	*t = steps - patch;
 	return patch;
@@ -55,18 +56,43 @@ static void weigh_slope(double t, double w[4])
 	w[3] = t * (-1.0 + 1.5 * t);
 }
 
-/* Sums the 4x4 nodes from (x, y) on with separable weights. */
-static void sum_patch(const struct lens_grid *grid, int x, int y, const double wx[4],
-		      const double wy[4], double out[2])
+/* One row of nodes under four weights. */
+static inline void sum_row(const double (*row)[2], const double w[4], double out[2])
 {
-	out[0] = out[1] = 0;
-	for (int j = 0; j < 4; j++) {
-		const double(*row)[2] =
-			(const double(*)[2]) & grid->node[(long)(y + j) * grid->x_count + x];
+	for (int k = 0; k < 2; k++)
+		out[k] = w[0] * row[0][k] + w[1] * row[1][k] + w[2] * row[2][k] + w[3] * row[3][k];
+}
 
+static void value_only(const double (*corner)[2], int stride, const double wx[4],
+		       const double wy[4], double value[2])
+{
+	double along[2];
+
+	value[0] = value[1] = 0;
+	for (int j = 0; j < 4; j++) {
+		sum_row(corner + (ptrdiff_t)j * stride, wx, along);
 		for (int k = 0; k < 2; k++)
-			out[k] += wy[j] * (wx[0] * row[0][k] + wx[1] * row[1][k] +
-					   wx[2] * row[2][k] + wx[3] * row[3][k]);
+			value[k] += wy[j] * along[k];
+	}
+}
+
+/* The sums for the value and for both slopes in one pass over the nodes. */
+static void value_and_slopes(const double (*corner)[2], int stride, const double wx[4],
+			     const double wy[4], const double dx[4], const double dy[4],
+			     double value[2], double by_x[2], double by_y[2])
+{
+	double along[2], slope[2];
+
+	for (int k = 0; k < 2; k++)
+		value[k] = by_x[k] = by_y[k] = 0;
+	for (int j = 0; j < 4; j++) {
+		sum_row(corner + (ptrdiff_t)j * stride, wx, along);
+		sum_row(corner + (ptrdiff_t)j * stride, dx, slope);
+		for (int k = 0; k < 2; k++) {
+			value[k] += wy[j] * along[k];
+			by_x[k] += wy[j] * slope[k];
+			by_y[k] += dy[j] * along[k];
+		}
 	}
 }
 
@@ -76,16 +102,18 @@ void lens_grid_at(const struct lens_grid *grid, double x, double y, double value
 	double tx, ty, wx[4], wy[4], dx[4], dy[4], by_x[2], by_y[2];
 	int ix = find_patch((x - grid->x0) / grid->x_step, grid->x_count, &tx) - 1;
 	int iy = find_patch((y - grid->y0) / grid->y_step, grid->y_count, &ty) - 1;
+	const double(*corner)[2] =
+		(const double(*)[2]) & grid->node[(ptrdiff_t)iy * grid->x_count + ix];
 
 	weigh(tx, wx);
 	weigh(ty, wy);
-	sum_patch(grid, ix, iy, wx, wy, value);
-	if (!jacobian)
+	if (!jacobian) {
+		value_only(corner, grid->x_count, wx, wy, value);
 		return;
+	}
 	weigh_slope(tx, dx);
 	weigh_slope(ty, dy);
-	sum_patch(grid, ix, iy, dx, wy, by_x);
-	sum_patch(grid, ix, iy, wx, dy, by_y);
+	value_and_slopes(corner, grid->x_count, wx, wy, dx, dy, value, by_x, by_y);
 	for (int k = 0; k < 2; k++) {
 		jacobian[k][0] = by_x[k] / grid->x_step;
 		jacobian[k][1] = by_y[k] / grid->y_step;

@@ -20,7 +20,7 @@ double match_sigma_px(const struct matcher *m, const struct blob *blob)
 
 /* A point from chosen blobs (BLOB_NONE where a camera has none). */
 static bool point_from_blobs(const struct matcher *m, const int16_t blob[CAMERA_MAX],
-			     struct point *out)
+			     const struct vec3 *guess, struct point *out)
 {
 	struct sighting sightings[CAMERA_MAX];
 	int camera_of[CAMERA_MAX], count = 0;
@@ -34,7 +34,7 @@ static bool point_from_blobs(const struct matcher *m, const int16_t blob[CAMERA_
 			m->cameras[c].view, {b->x_px, b->y_px}, match_sigma_px(m, b)};
 		camera_of[count++] = (int)c;
 	}
-	if (count < 2 || triangulate(sightings, count, &fix))
+	if (count < 2 || triangulate(sightings, count, guess, &fix))
 		return false;
 	out->fix = fix;
 	out->fix.used_mask = 0;
@@ -96,21 +96,39 @@ static bool confirmed(const struct matcher *m, const struct point *point, int le
 	       in_range(m, point->fix.p_stage_m, point->fix.used_mask);
 }
 
+/* The blobs chosen around a guess are those that would be chosen around the solution: it fits them
+ * well and moved less than the radius allows. */
+static bool choice_stands(const struct matcher *m, const struct point *point, struct vec3 guess,
+			  double radius_m)
+{
+	double gate_px = m->settings->match_gate_px;
+	double gate_m =
+		gate_px *
+		vec3_distance(guess,
+			      m->cameras[__builtin_ctz(point->claimed_mask)].view->centre_stage_m) /
+		m->cameras[__builtin_ctz(point->claimed_mask)].pixels_per_radian;
+
+	return point->fix.used_mask == point->claimed_mask &&
+	       point->fix.residual_px < 0.3 * gate_px &&
+	       vec3_distance(guess, point->fix.p_stage_m) + gate_m < radius_m;
+}
+
 /* From a first guess to a confirmed point: solve, look again around the solution, solve. */
-static bool point_near(const struct matcher *m, struct vec3 p, double radius_m, bool free_only,
-		       struct point *out)
+static bool point_near(const struct matcher *m, struct vec3 p, double radius_m, struct point *out)
 {
 	int16_t blob[CAMERA_MAX], again[CAMERA_MAX];
 	double gate_px = m->settings->match_gate_px;
 
-	if (gather(m, p, radius_m, gate_px, free_only, blob) < 3 || !point_from_blobs(m, blob, out))
+	if (gather(m, p, radius_m, gate_px, true, blob) < 3 || !point_from_blobs(m, blob, &p, out))
 		return false;
-	if (out->fix.used_count < 2 ||
-	    gather(m, out->fix.p_stage_m, 0, gate_px, free_only, again) < 3)
-		return false;
-	if (memcmp(blob, again, m->camera_count * sizeof(blob[0])) &&
-	    !point_from_blobs(m, again, out))
-		return false;
+	if (!choice_stands(m, out, p, radius_m)) {
+		p = out->fix.p_stage_m;
+		if (gather(m, p, 0, gate_px, true, again) < 3)
+			return false;
+		if (memcmp(blob, again, m->camera_count * sizeof(blob[0])) &&
+		    !point_from_blobs(m, again, &p, out))
+			return false;
+	}
 	/* where a marker was expected, two that agree may outvote a third */
 	return confirmed(m, out, 2);
 }
@@ -176,7 +194,7 @@ static bool settle(const struct matcher *m, struct point *point)
 	}
 	if (!changed)
 		return true;
-	return point_from_blobs(m, blob, point) && confirmed(m, point, 3);
+	return point_from_blobs(m, blob, &point->fix.p_stage_m, point) && confirmed(m, point, 3);
 }
 
 static void claim_candidates(struct matcher *m)
@@ -213,7 +231,7 @@ void match_seeds(struct matcher *m, const struct seed *seeds, int count)
 	for (int i = 0; i < count; i++) {
 		struct point point;
 
-		if (point_near(m, seeds[i].p_stage_m, seeds[i].radius_m, true, &point))
+		if (point_near(m, seeds[i].p_stage_m, seeds[i].radius_m, &point))
 			add_candidate(m, &point);
 	}
 	claim_candidates(m);
@@ -252,7 +270,7 @@ static void try_pair(struct matcher *m, uint32_t ca, int blob_a, uint32_t cb, in
 		return;
 	blob[ca] = (int16_t)blob_a;
 	blob[cb] = (int16_t)blob_b;
-	if (!point_from_blobs(m, blob, &point) || !confirmed(m, &point, 3))
+	if (!point_from_blobs(m, blob, &p, &point) || !confirmed(m, &point, 3))
 		return;
 	if (point.fix.used_count >= SURE_VIEW_COUNT &&
 	    point.fix.residual_px < 0.25 * m->settings->match_gate_px)

@@ -37,7 +37,7 @@ static bool pair_point(const struct matcher *m, uint32_t ca, int blob_a, uint32_
 		sightings[i] = (struct sighting){
 			cameras[i]->view, {b->x_px, b->y_px}, match_sigma_px(m, b)};
 	}
-	if (triangulate(sightings, 2, &out->fix) ||
+	if (triangulate(sightings, 2, NULL, &out->fix) ||
 	    out->fix.residual_px > 0.5 * m->settings->match_gate_px)
 		return false;
 	out->claimed_mask = out->fix.used_mask = 1u << ca | 1u << cb;

@@ -35,6 +35,18 @@ static void jacobi_rotate(double a[4][4], double v[4][4], int p, int q)
 	}
 }
 
+static bool is_diagonal(double a[4][4])
+{
+	double off = 0, on = 0;
+
+	for (int p = 0; p < 4; p++) {
+		on += fabs(a[p][p]);
+		for (int q = p + 1; q < 4; q++)
+			off += fabs(a[p][q]);
+	}
+	return off <= 1e-15 * on;
+}
+
 /* Eigenvector of the largest eigenvalue; false when the next one is as large (no unique pose). */
 static bool largest_eigenvector(double a[4][4], double q[4])
 {
@@ -42,7 +54,7 @@ static bool largest_eigenvector(double a[4][4], double q[4])
 	int best = 0;
 	double second = -INFINITY;
 
-	for (int sweep = 0; sweep < SWEEP_MAX; sweep++)
+	for (int sweep = 0; sweep < SWEEP_MAX && !is_diagonal(a); sweep++)
 		for (int p = 0; p < 3; p++)
 			for (int r = p + 1; r < 4; r++)
 				jacobi_rotate(a, v, p, r);

@@ -1,5 +1,6 @@
 /*
- * Weighted Gauss-Newton triangulation, and the search for a view that does not belong.
+ * Weighted Gauss-Newton triangulation, and the search for a view that does not belong. The search
+ * works on the equations of the last step: no view is projected again for it.
  */
 #include "track/triangulate.h"
 
@@ -7,12 +8,20 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define ITERATION_MAX 6
-#define STEP_DONE_M 1e-8
+#define ITERATION_MAX 8
+#define STEP_DONE_M 2e-5    /* what is left then is its square over the range: 1e-10 m */
+#define SLOPES_KEPT_M 3e-3  /* after a shorter step they are as good as new */
 #define OUTLIER_SIGMA 3.5   /* a view this far off, in its own sigmas, is suspected ... */
-#define OUTLIER_CHI2 22.0   /* what dropping it must take off: two degrees of freedom, p = 2e-5 */
-#define WIDEN_CHI2 4.0      /* ... covariance follows the residuals beyond this */
 #define OUTLIER_MIN_PX 0.12 /* ... unless it is within what calibration leaves */
+#define OUTLIER_CHI2 22.0   /* what dropping it must take off: two degrees of freedom, p = 2e-5 */
+#define WIDEN_CHI2 4.0 /* per degree of freedom; covariance follows the residuals beyond this */
+
+/* One view's error and its derivative at the point where it was taken. */
+struct equation {
+	double e[2];    /* pixel seen minus pixel projected */
+	double j[2][3]; /* of the projection by the point */
+	double weight;  /* 1 / sigma^2 */
+};
 
 /* Symmetric 3x3 as xx xy xz yy yz zz. */
 static bool sym3_invert(const double a[6], double inv[6])
@@ -24,12 +33,13 @@ static bool sym3_invert(const double a[6], double inv[6])
 
 	if (!(fabs(det) > 1e-12 * fabs(a[0] * a[3] * a[5])))
 		return false;
-	inv[0] = c0 / det;
-	inv[1] = c1 / det;
-	inv[2] = c2 / det;
-	inv[3] = (a[0] * a[5] - a[2] * a[2]) / det;
-	inv[4] = (a[1] * a[2] - a[0] * a[4]) / det;
-	inv[5] = (a[0] * a[3] - a[1] * a[1]) / det;
+	double scale = 1 / det;
+	inv[0] = c0 * scale;
+	inv[1] = c1 * scale;
+	inv[2] = c2 * scale;
+	inv[3] = (a[0] * a[5] - a[2] * a[2]) * scale;
+	inv[4] = (a[1] * a[2] - a[0] * a[4]) * scale;
+	inv[5] = (a[0] * a[3] - a[1] * a[1]) * scale;
 	return true;
 }
 
@@ -61,89 +71,115 @@ int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *o
 	return 0;
 }
 
-/* Normal equations of one view at p; returns its squared error in sigmas, or -1 when p is out of
- * its sight. */
-static double add_view(const struct sighting *s, struct vec3 p, double h[6], struct vec3 *g,
-		       double *distance2_px)
+/* Errors at p and, where `slopes`, their derivatives; without, those of the last time stay. */
+static int linearise(const struct sighting *sightings, int count, struct vec3 p, bool slopes,
+		     struct equation *equations)
 {
-	double q[2], j[2][3];
+	for (int i = 0; i < count; i++) {
+		const struct sighting *s = &sightings[i];
+		struct equation *equation = &equations[i];
+		double q[2];
 
-	if (!view_project(s->view, p, q, j))
-		return -1;
-	double w = 1.0 / (s->sigma_px * s->sigma_px);
-	double e[2] = {s->pixel[0] - q[0], s->pixel[1] - q[1]};
-
-	for (int r = 0; r < 2; r++) {
-		h[0] += w * j[r][0] * j[r][0];
-		h[1] += w * j[r][0] * j[r][1];
-		h[2] += w * j[r][0] * j[r][2];
-		h[3] += w * j[r][1] * j[r][1];
-		h[4] += w * j[r][1] * j[r][2];
-		h[5] += w * j[r][2] * j[r][2];
-		g->x += w * j[r][0] * e[r];
-		g->y += w * j[r][1] * e[r];
-		g->z += w * j[r][2] * e[r];
+		if (!view_project(s->view, p, q, slopes ? equation->j : NULL))
+			return -EDOM;
+		equation->e[0] = s->pixel[0] - q[0];
+		equation->e[1] = s->pixel[1] - q[1];
+		equation->weight = 1 / (s->sigma_px * s->sigma_px);
 	}
-	*distance2_px = e[0] * e[0] + e[1] * e[1];
-	return w * *distance2_px;
+	return 0;
 }
 
-/* Solves over the views in `mask`, from fix->p_stage_m on. */
-static int solve_views(const struct sighting *sightings, int count, uint32_t mask, struct fix *fix)
+static void add_equation(const struct equation *q, double h[6], struct vec3 *g)
 {
-	struct vec3 p = fix->p_stage_m;
+	for (int r = 0; r < 2; r++) {
+		const double *j = q->j[r];
+		double wx = q->weight * j[0], wy = q->weight * j[1], wz = q->weight * j[2];
+
+		h[0] += wx * j[0];
+		h[1] += wx * j[1];
+		h[2] += wx * j[2];
+		h[3] += wy * j[1];
+		h[4] += wy * j[2];
+		h[5] += wz * j[2];
+		g->x += wx * q->e[r];
+		g->y += wy * q->e[r];
+		g->z += wz * q->e[r];
+	}
+}
+
+/* Squared distance in the image that a step leaves of a view's error. */
+static double left_px2(const struct equation *q, struct vec3 step)
+{
+	double x = q->e[0] - (q->j[0][0] * step.x + q->j[0][1] * step.y + q->j[0][2] * step.z);
+	double y = q->e[1] - (q->j[1][0] * step.x + q->j[1][1] * step.y + q->j[1][2] * step.z);
+
+	return x * x + y * y;
+}
+
+/* The step that the equations in `mask` ask for, and what is then known of the point. Leaves
+ * p_stage_m alone. */
+static int solve(const struct equation *equations, int count, uint32_t mask, struct fix *fix,
+		 struct vec3 *step)
+{
+	double h[6] = {0}, chi2 = 0, distance2_px = 0;
+	struct vec3 g = {0, 0, 0};
+	int used = __builtin_popcount(mask);
+
+	for (int i = 0; i < count; i++)
+		if (mask >> i & 1)
+			add_equation(&equations[i], h, &g);
+	if (used < 2 || !sym3_invert(h, fix->cov_m2))
+		return -EDOM;
+	*step = sym3_apply(fix->cov_m2, g);
+	for (int i = 0; i < count; i++) {
+		if (!(mask >> i & 1))
+			continue;
+		double left = left_px2(&equations[i], *step);
+		distance2_px += left;
+		chi2 += equations[i].weight * left;
+	}
+	fix->residual_px = sqrt(distance2_px / used);
+	fix->chi2_per_dof = chi2 / (2 * used - 3);
+	fix->used_mask = mask;
+	fix->used_count = used;
+	return 0;
+}
+
+/* Steps until they are tiny. `equations` and `step` are those of the last one, so that the error of
+ * any view is at hand. */
+static int converge(const struct sighting *sightings, int count, uint32_t mask,
+		    struct equation *equations, struct fix *fix, struct vec3 *step)
+{
+	bool slopes = true;
 
 	for (int iteration = 0; iteration < ITERATION_MAX; iteration++) {
-		double h[6] = {0}, cov[6], chi2 = 0, distance2_px = 0;
-		struct vec3 g = {0, 0, 0};
-		int used = 0;
+		int error = linearise(sightings, count, fix->p_stage_m, slopes, equations);
 
-		for (int i = 0; i < count; i++) {
-			double view_distance2_px;
-
-			if (!(mask & (1u << i)))
-				continue;
-			double view_chi2 = add_view(&sightings[i], p, h, &g, &view_distance2_px);
-			if (view_chi2 < 0)
-				return -EDOM;
-			chi2 += view_chi2;
-			distance2_px += view_distance2_px;
-			used++;
-		}
-		if (used < 2 || !sym3_invert(h, cov))
-			return -EDOM;
-		struct vec3 step = sym3_apply(cov, g);
-		/* The error before the last, tiny step is the error: no further projection. */
-		p = vec3_add(p, step);
-		if (vec3_norm(step) < STEP_DONE_M || iteration == ITERATION_MAX - 1) {
-			fix->p_stage_m = p;
-			for (int k = 0; k < 6; k++)
-				fix->cov_m2[k] = cov[k];
-			fix->residual_px = sqrt(distance2_px / used);
-			fix->chi2_per_dof = chi2 / (2 * used - 3);
-			fix->used_mask = mask;
-			fix->used_count = used;
+		if (!error)
+			error = solve(equations, count, mask, fix, step);
+		if (error)
+			return error;
+		fix->p_stage_m = vec3_add(fix->p_stage_m, *step);
+		double step_m = vec3_norm(*step);
+		if (step_m < STEP_DONE_M)
 			return 0;
-		}
+		slopes = step_m > SLOPES_KEPT_M;
 	}
 	return -EDOM;
 }
 
-static bool has_suspect(const struct sighting *sightings, int count, const struct fix *fix)
+static bool has_suspect(const struct sighting *sightings, const struct equation *equations,
+			int count, const struct fix *fix, struct vec3 step)
 {
-	for (int i = 0; i < count; i++) {
-		double q[2];
+	/* three of the 2n coordinates are spent on the point: residuals are that much smaller */
+	double share2 = 1.0 - 1.5 / fix->used_count;
 
-		if (!(fix->used_mask & (1u << i)))
-			continue;
-		if (!view_project(sightings[i].view, fix->p_stage_m, q, NULL))
-			return true;
-		double error_px = hypot(sightings[i].pixel[0] - q[0], sightings[i].pixel[1] - q[1]);
-		/* the others are pulled along: among few views an outlier shows only part of itself
-		 */
-		double share = 1.0 - 1.5 / fix->used_count;
-		if (error_px > OUTLIER_MIN_PX * share &&
-		    error_px > OUTLIER_SIGMA * share * sightings[i].sigma_px)
+	for (int i = 0; i < count; i++) {
+		double sigma_px = sightings[i].sigma_px;
+		double left = left_px2(&equations[i], step);
+
+		if (fix->used_mask >> i & 1 && left > OUTLIER_MIN_PX * OUTLIER_MIN_PX * share2 &&
+		    left > OUTLIER_SIGMA * OUTLIER_SIGMA * share2 * sigma_px * sigma_px)
 			return true;
 	}
 	return false;
@@ -151,7 +187,7 @@ static bool has_suspect(const struct sighting *sightings, int count, const struc
 
 /* The best fix without one of its views, by chi2 per degree of freedom; the runner-up's value tells
  * how sure the choice is. */
-static int leave_one_out(const struct sighting *sightings, int count, const struct fix *fix,
+static int leave_one_out(const struct equation *equations, int count, const struct fix *fix,
 			 struct fix *best, double *runner_up)
 {
 	int found = -EDOM;
@@ -159,9 +195,10 @@ static int leave_one_out(const struct sighting *sightings, int count, const stru
 	*runner_up = INFINITY;
 	for (int i = 0; i < count; i++) {
 		struct fix without = *fix;
+		struct vec3 step;
 
-		if (!(fix->used_mask & (1u << i)) ||
-		    solve_views(sightings, count, fix->used_mask & ~(1u << i), &without))
+		if (!(fix->used_mask >> i & 1) ||
+		    solve(equations, count, fix->used_mask & ~(1u << i), &without, &step))
 			continue;
 		if (found || without.chi2_per_dof < best->chi2_per_dof) {
 			if (!found)
@@ -195,26 +232,33 @@ static void widen(struct fix *fix)
 		fix->cov_m2[k] *= fix->chi2_per_dof;
 }
 
-int triangulate(const struct sighting *sightings, int count, struct fix *out)
+int triangulate(const struct sighting *sightings, int count, const struct vec3 *guess,
+		struct fix *out)
 {
-	struct fix fix;
-	int error = triangulate_rays(sightings, count, &fix.p_stage_m);
+	struct equation equations[CAMERA_MAX];
+	struct vec3 step;
+	struct fix fix = {0};
+	int error = 0;
 
-	if (error)
-		return error;
-	error = solve_views(sightings, count, count == 32 ? ~0u : (1u << count) - 1, &fix);
-	if (error)
-		return error;
-	while (fix.used_count > 2 && has_suspect(sightings, count, &fix)) {
+	if (guess)
+		fix.p_stage_m = *guess;
+	else
+		error = triangulate_rays(sightings, count, &fix.p_stage_m);
+	if (!error)
+		error = converge(sightings, count, count == 32 ? ~0u : (1u << count) - 1, equations,
+				 &fix, &step);
+	while (!error && fix.used_count > 2 &&
+	       has_suspect(sightings, equations, count, &fix, step)) {
 		struct fix best;
 		double runner_up;
 
-		if (leave_one_out(sightings, count, &fix, &best, &runner_up))
+		if (leave_one_out(equations, count, &fix, &best, &runner_up) ||
+		    !is_decisive(&fix, &best, runner_up))
 			break;
-		if (!is_decisive(&fix, &best, runner_up))
-			break;
-		fix = best;
+		error = converge(sightings, count, best.used_mask, equations, &fix, &step);
 	}
+	if (error)
+		return error;
 	widen(&fix);
 	*out = fix;
 	return 0;

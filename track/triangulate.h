@@ -37,6 +37,8 @@ static inline double fix_noise_m(const struct fix *fix)
  * the rays are parallel. */
 int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *out);
 
-/* 2 to CAMERA_MAX sightings. A view is dropped when the rest agree without it and not with it.
- * Returns 0, or -EDOM when the point is behind a camera or cannot be fixed. */
-int triangulate(const struct sighting *sightings, int count, struct fix *out);
+/* 2 to CAMERA_MAX sightings; starts from `guess`, or from the rays where that is NULL. A view is
+ * dropped when the rest agree without it and not with it. Returns 0, or -EDOM when the point is out
+ * of a camera's sight or cannot be fixed. */
+int triangulate(const struct sighting *sightings, int count, const struct vec3 *guess,
+		struct fix *out);

@@ -87,7 +87,7 @@ static void exact_pixels_give_the_exact_point(void **state)
 		struct vec3 p = random_point(&rng);
 
 		sight(&rng, p, 1e-9, sightings, 2 + trial % 5);
-		assert_int_equal(triangulate(sightings, 2 + trial % 5, &fix), 0);
+		assert_int_equal(triangulate(sightings, 2 + trial % 5, NULL, &fix), 0);
 		assert_true(vec3_distance(fix.p_stage_m, p) < 2e-6); /* the lens tables' error */
 		assert_int_equal(fix.used_count, 2 + trial % 5);
 	}
@@ -123,7 +123,7 @@ static void covariances_are_true_for_two_to_six_views(void **state)
 			struct vec3 p = random_point(&rng);
 
 			sight(&rng, p, 0.05, sightings, count);
-			assert_int_equal(triangulate(sightings, count, &fix), 0);
+			assert_int_equal(triangulate(sightings, count, NULL, &fix), 0);
 			sum += squared_sigmas(vec3_sub(fix.p_stage_m, p), fix.cov_m2) / 3;
 		}
 		assert_true(sum / 3000 > 0.9 && sum / 3000 < 1.1);
@@ -145,7 +145,7 @@ static void a_view_one_pixel_off_is_left_out(void **state)
 
 		sight(&rng, p, 0.03, sightings, 4);
 		sightings[bad].pixel[trial & 1] += 1;
-		assert_int_equal(triangulate(sightings, 4, &fix), 0);
+		assert_int_equal(triangulate(sightings, 4, NULL, &fix), 0);
 		found += fix.used_mask == (0xfu & ~(1u << bad));
 	}
 	assert_true(found > 900);
@@ -164,7 +164,7 @@ static void good_views_are_kept(void **state)
 		int count = 3 + trial % 4;
 
 		sight(&rng, random_point(&rng), 0.04, sightings, count);
-		assert_int_equal(triangulate(sightings, count, &fix), 0);
+		assert_int_equal(triangulate(sightings, count, NULL, &fix), 0);
 		dropped += fix.used_count < count;
 	}
 	print_message("# %d of 6000\n", dropped);
