@@ -15,7 +15,7 @@
 #define REST_SIGMA_MIN_M 0.0005
 #define ROBUST_RIGID_M 0.0015 /* errors beyond this lose their weight */
 #define ROBUST_SKIN_M 0.005
-#define ROUNDS 5
+#define ROUNDS 4
 #define AGREE_MIN 3
 
 struct pose head_predict(const struct head_state *head, int64_t now_ns)
@@ -30,38 +30,47 @@ struct pose head_predict(const struct head_state *head, int64_t now_ns)
 	return turned;
 }
 
+static int nearest_point(const struct point *points, uint32_t point_count, struct vec3 expected,
+			 double *distance2_m2)
+{
+	int best = -1;
+
+	*distance2_m2 = NEAR_M * NEAR_M;
+	for (uint32_t p = 0; p < point_count; p++) {
+		struct vec3 d = vec3_sub(points[p].fix.p_stage_m, expected);
+		double d2 = vec3_dot(d, d);
+
+		if (d2 < *distance2_m2) {
+			*distance2_m2 = d2;
+			best = (int)p;
+		}
+	}
+	return best;
+}
+
 /* Nearest point to each predicted marker, each point taken only by the marker nearest to it. */
 static void pair_up(const struct predictions *predictions, const struct point *points,
 		    uint32_t point_count, const struct pose *pose, int16_t *point_of_label)
 {
-	double taken_m[POINT_MAX];
+	double taken_m2[POINT_MAX];
 	int16_t taken_by[POINT_MAX];
 
-	for (uint32_t p = 0; p < point_count; p++) {
-		taken_m[p] = NEAR_M;
+	for (uint32_t p = 0; p < point_count; p++)
 		taken_by[p] = LABEL_NONE;
-	}
 	for (uint32_t i = 0; i < predictions->count; i++) {
-		struct vec3 expected = pose_apply(pose, predictions->labels[i].local_m);
-		double best_m = NEAR_M;
-		int best = -1;
+		double distance2_m2;
 
 		point_of_label[i] = -1;
 		if (!predictions->fresh_start && !predictions->labels[i].recent)
 			continue;
-		for (uint32_t p = 0; p < point_count; p++) {
-			double distance_m = vec3_distance(points[p].fix.p_stage_m, expected);
-
-			if (distance_m < best_m) {
-				best_m = distance_m;
-				best = (int)p;
-			}
-		}
-		if (best < 0 || best_m >= taken_m[best])
+		int best = nearest_point(points, point_count,
+					 pose_apply(pose, predictions->labels[i].local_m),
+					 &distance2_m2);
+		if (best < 0 || (taken_by[best] >= 0 && distance2_m2 >= taken_m2[best]))
 			continue;
 		if (taken_by[best] >= 0)
 			point_of_label[taken_by[best]] = -1;
-		taken_m[best] = best_m;
+		taken_m2[best] = distance2_m2;
 		taken_by[best] = (int16_t)i;
 		point_of_label[i] = (int16_t)best;
 	}

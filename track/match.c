@@ -305,6 +305,9 @@ void match_leftovers(struct matcher *m)
 {
 	int budget = PAIR_BUDGET;
 
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		if (m->cameras[c].view)
+			sight_index_rays(&m->cameras[c]);
 	for (uint32_t a = 0; a < m->camera_count; a++)
 		for (uint32_t b = a + 1; b < m->camera_count && budget > 0; b++)
 			if (m->cameras[a].view && m->cameras[b].view)

@@ -38,8 +38,8 @@ struct sight_index {
 	int cell_px, column_count, row_count;
 	uint16_t cell_start[CELL_COUNT_MAX + 1]; /* into `order` */
 	uint16_t order[BLOB_MAX];
-	int16_t owner[BLOB_MAX]; /* point that claimed the blob, or -1 */
-	struct vec3 ray[BLOB_MAX];
+	int16_t owner[BLOB_MAX];   /* point that claimed the blob, or -1 */
+	struct vec3 ray[BLOB_MAX]; /* of the blobs that the seeds left over */
 };
 
 struct matcher {

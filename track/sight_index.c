@@ -57,11 +57,17 @@ void sight_index_build(struct sight_index *index, const struct view *view,
 	index->column_count = clamp(view->width_px / index->cell_px + 1, 1, 64);
 	index->row_count = clamp(view->height_px / index->cell_px + 1, 1, 64);
 	sort_into_cells(index);
-	for (int i = 0; i < index->blob_count; i++) {
-		double pixel[2] = {set->blobs[i].x_px, set->blobs[i].y_px};
-
+	for (int i = 0; i < index->blob_count; i++)
 		index->owner[i] = -1;
-		index->ray[i] = view_ray(view, pixel);
+}
+
+void sight_index_rays(struct sight_index *index)
+{
+	for (int i = 0; i < index->blob_count; i++) {
+		double pixel[2] = {index->blobs[i].x_px, index->blobs[i].y_px};
+
+		if (index->owner[i] < 0)
+			index->ray[i] = view_ray(index->view, pixel);
 	}
 }
 
