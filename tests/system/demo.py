@@ -1,4 +1,4 @@
-"""The demonstration on in-process cameras, and that it leaves nothing behind however it ends.
+"""The demonstration on both kinds of cameras, and that it leaves nothing behind however it ends.
 
 Run by meson, which sets STAGE_DEMO to the program.
 """
@@ -56,14 +56,28 @@ def test_demo_on_in_process_cameras_passes(start, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_interrupted_demo_leaves_nothing_behind(start, tmp_path):
-    with start("--sim", "--seconds", "60") as demo:
+def test_demo_on_gige_cameras_streams_true_markers(start, tmp_path):
+    with start("--seconds", "4", "--json") as demo:
+        output, messages = demo.communicate(timeout=60)
+    results = json.loads(output)
+    assert results["cameras"] == 4 and results["shots"]["received"] > 200, output + messages
+    assert results["error_mm"]["median"] < 0.1
+    assert results["simulator"]["frames_sent"] > 800
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("args, programs", [
+    pytest.param(["--sim"], 1, id="sim"),
+    pytest.param([], 2, id="gige"),
+])
+def test_interrupted_demo_leaves_nothing_behind(start, tmp_path, args, programs):
+    with start(*args, "--seconds", "60") as demo:
         wait_for_first_set(demo)
         children = children_of(demo.pid)
         demo.send_signal(signal.SIGINT)
         demo.communicate(timeout=20)
     assert demo.returncode == 130
-    assert len(children) == 1 and all(has_ended(pid) for pid in children)
+    assert len(children) == programs and all(has_ended(pid) for pid in children)
     assert not list(tmp_path.iterdir())
 
 
