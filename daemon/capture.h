@@ -35,18 +35,19 @@ struct preview {
 /* All since the start; any thread reads them. Each frame that is not in a shot is in one of them.
  */
 struct capture_counters {
-	_Atomic uint64_t frames;      /* came whole */
-	_Atomic uint64_t blobs;       /* found in them */
-	_Atomic uint64_t blobs_lost;  /* beyond what a set holds */
-	_Atomic uint64_t damaged;     /* the driver dropped them as broken */
-	_Atomic uint64_t wrong_size;  /* of another size or format than granted */
-	_Atomic uint64_t wrong_time;  /* exposed more than a second from their arrival */
-	_Atomic uint64_t timeouts;    /* waits in which nothing came */
-	_Atomic uint64_t device_gaps; /* frames that the device counted and did not deliver */
-	_Atomic uint64_t refused;     /* the queue was full: the solver stalled */
-	_Atomic uint64_t stale;       /* counted by the solver: came after their shot was closed */
-	_Atomic uint64_t missing;     /* counted by the solver: shots without this camera */
-	_Atomic uint64_t reopened;    /* times the device was lost and came back */
+	_Atomic uint64_t frames;       /* came whole */
+	_Atomic uint64_t blobs;        /* found in them */
+	_Atomic uint64_t blobs_lost;   /* beyond what a set holds */
+	_Atomic uint64_t damaged;      /* the driver dropped them as broken */
+	_Atomic uint64_t wrong_size;   /* of another size or format than granted */
+	_Atomic uint64_t wrong_time;   /* exposed more than a second from their arrival */
+	_Atomic uint64_t timeouts;     /* waits in which nothing came */
+	_Atomic uint64_t device_gaps;  /* frames that the device counted and did not deliver */
+	_Atomic uint64_t refused;      /* the queue was full: the solver stalled */
+	_Atomic uint64_t before_start; /* came before all cameras ran */
+	_Atomic uint64_t stale;        /* counted by the solver: came after their shot was closed */
+	_Atomic uint64_t missing;      /* counted by the solver: shots without this camera */
+	_Atomic uint64_t reopened;     /* times the device was lost and came back */
 };
 
 struct capture {

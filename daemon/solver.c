@@ -80,6 +80,8 @@ static void look(struct solver *solver, struct fronts *fronts)
 		fronts->cameras[c] = front_of_queue(set, ended);
 		if (set && set->found_ns < fronts->oldest_ns)
 			fronts->oldest_ns = set->found_ns;
+		if (set)
+			solver->missed_in_a_row[c] = 0; /* late is not silent */
 		if (set || !ended)
 			fronts->all_ended = false;
 	}
@@ -156,6 +158,10 @@ static bool solve_next(struct solver *solver, int64_t *wake_ns)
 	uint64_t last_shot = solver->sync.last_shot;
 	int64_t now_ns = clock_now_ns();
 
+	*wake_ns = now_ns + IDLE_WAIT_NS;
+	if (!solver->pulses && !warm_up_step(&solver->warm_up, solver->captures,
+					     camera_count(solver), solver->sync.period_ns, now_ns))
+		return false;
 	look(solver, &fronts);
 	int64_t deadline_ns = fronts.oldest_ns == INT64_MAX
 				      ? now_ns + IDLE_WAIT_NS
@@ -170,7 +176,8 @@ static bool solve_next(struct solver *solver, int64_t *wake_ns)
 		track(solver, &decision, &fronts);
 	}
 	consume(solver, &decision);
-	*wake_ns = now_ns >= deadline_ns ? now_ns + IDLE_WAIT_NS : deadline_ns;
+	if (now_ns < deadline_ns)
+		*wake_ns = deadline_ns;
 	if (result == SYNC_END && fronts.edge_item) { /* pulses for nobody */
 		ring_pop(&solver->pulses->edges);
 		return true;

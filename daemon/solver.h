@@ -13,6 +13,7 @@
 #include "config/stage.h"
 #include "daemon/capture.h"
 #include "daemon/pulses.h"
+#include "daemon/warm_up.h"
 #include "track/sync.h"
 
 struct solver {
@@ -30,6 +31,7 @@ struct solver {
 	bool fifo_granted;
 
 	/* solver thread */
+	struct warm_up warm_up;
 	struct sync sync;
 	struct tracker_state tracker;
 	uint32_t missed_in_a_row[CAMERA_MAX];

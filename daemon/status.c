@@ -21,6 +21,7 @@ static json_t *losses_json(const struct capture_counters *counters)
 	set_count(losses, "wrong_time", &counters->wrong_time);
 	set_count(losses, "device_gaps", &counters->device_gaps);
 	set_count(losses, "refused", &counters->refused);
+	set_count(losses, "before_start", &counters->before_start);
 	set_count(losses, "stale", &counters->stale);
 	set_count(losses, "timeouts", &counters->timeouts);
 	set_count(losses, "blobs_lost", &counters->blobs_lost);

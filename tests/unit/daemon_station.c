@@ -140,7 +140,8 @@ static int fake_acquire(struct camera *base, int64_t timeout_ns, struct frame *o
 		camera->next_ns += PERIOD_NS;
 		camera->seq++;
 	} while (fault == FAULT_GAPS && camera->seq % 2);
-	clock_sleep_until(camera->next_ns);
+	/* each camera is a little later than the one before it */
+	clock_sleep_until(camera->next_ns + (camera->fault - faults) * NS_PER_MS / 2);
 	camera->repeat = fault == FAULT_REPEAT;
 	fill_frame(camera, fault, out);
 	return fault == FAULT_DAMAGED ? -EBADMSG : 0;
@@ -221,6 +222,30 @@ static void a_silent_camera_stalls_nobody(void **state)
 	assert_in_range(shots, 45, 66);
 	assert_in_range(station->captures[1].counters.missing, 40, 70);
 	assert_in_range(station->captures[0].counters.missing, 0, 3);
+	end_station(station);
+}
+
+static void a_camera_that_speaks_again_is_waited_for_again(void **state)
+{
+	struct station *station = start_station();
+
+	(void)state;
+	shots_with_fault(station, FAULT_SILENT, 300 * NS_PER_MS);
+	shots_with_fault(station, FAULT_NONE, 100 * NS_PER_MS);
+	uint64_t missing = station->captures[1].counters.missing;
+	uint64_t shots = shots_with_fault(station, FAULT_NONE, 200 * NS_PER_MS);
+	assert_in_range(shots, 10, 30);
+	assert_in_range(station->captures[1].counters.missing - missing, 0, 1);
+	end_station(station);
+}
+
+static void shots_begin_when_all_cameras_run(void **state)
+{
+	struct station *station = start_station();
+
+	(void)state;
+	assert_in_range(station->solver.shots, 1, 20);
+	assert_int_equal(station->solver.incomplete, 0);
 	end_station(station);
 }
 
@@ -337,6 +362,8 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_silent_camera_stalls_nobody),
+		cmocka_unit_test(a_camera_that_speaks_again_is_waited_for_again),
+		cmocka_unit_test(shots_begin_when_all_cameras_run),
 		cmocka_unit_test(a_vanished_camera_comes_back_by_itself),
 		cmocka_unit_test(the_end_of_all_recordings_leaves_the_station_up),
 		cmocka_unit_test(every_loss_is_counted_by_its_cause),
