@@ -79,27 +79,6 @@ static bool next_shot(struct process *p)
 	return result != SYNC_END;
 }
 
-static int compare_ns(const void *a, const void *b)
-{
-	int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
-
-	return (x > y) - (x < y);
-}
-
-/* The median of the periods that the recordings tell by their first two frames: a camera that
- * dropped or repeated one there is outvoted. 0 = sync learns it. */
-static int64_t recorded_period_ns(const struct process *p)
-{
-	int64_t periods_ns[CAMERA_MAX];
-	size_t count = 0;
-
-	for (uint32_t c = 0; c < p->stage.config.camera_count; c++)
-		if (p->cameras[c].camera && p->cameras[c].granted.period_ns > 0)
-			periods_ns[count++] = p->cameras[c].granted.period_ns;
-	qsort(periods_ns, count, sizeof(periods_ns[0]), compare_ns);
-	return count ? periods_ns[(count - 1) / 2] : 0;
-}
-
 /* Opens everything; returns an exit code. */
 static int prepare(struct process *p, const char *config_path, const char *output_path,
 		   uint64_t threads, struct diag *diag)
@@ -117,7 +96,7 @@ static int prepare(struct process *p, const char *config_path, const char *outpu
 	}
 	if (output_file_open(&p->output, output_path, diag) < 0)
 		return EXIT_CODE_INTERNAL;
-	p->sync.period_ns = recorded_period_ns(p);
+	p->sync.period_ns = open_cameras_period_ns(p->cameras, p->stage.ir_mask);
 	tracker_state_init(&p->tracker, &p->stage.layout);
 	err = recording_open(&p->recording, &p->stage, p->cameras, (uint32_t)threads, diag);
 	return exit_code_of(err, EXIT_CODE_BAD_INPUT);

@@ -108,7 +108,7 @@ static void describe_stream(struct program *program)
 	*description = (struct stream_description){
 		.station_version = STAGE_VERSION,
 		.rig_revision = stage->rig.revision,
-		.period_ns = stage->config.plan.period_ns,
+		.period_ns = program->station.period_ns,
 		.camera_count = stage->config.camera_count,
 		.layout = &stage->layout,
 	};

@@ -208,14 +208,15 @@ static void *run_solver(void *argument)
 }
 
 int solver_init(struct solver *solver, const struct stage *stage, struct capture *captures,
-		struct pulses *pulses, int control_wake_fd, uint32_t queue_length)
+		struct pulses *pulses, int control_wake_fd, int64_t period_ns,
+		uint32_t queue_length)
 {
 	memset(solver, 0, sizeof(*solver));
 	solver->stage = stage;
 	solver->captures = captures;
 	solver->pulses = pulses;
 	solver->control_wake_fd = control_wake_fd;
-	solver->deadline_ns = DEADLINE_PERIODS * stage->config.plan.period_ns;
+	solver->deadline_ns = DEADLINE_PERIODS * period_ns;
 	int err = tracker_scratch_create(&solver->scratch);
 	if (!err)
 		err = ring_init(&solver->sets, sizeof(struct marker_set), queue_length);
@@ -224,7 +225,7 @@ int solver_init(struct solver *solver, const struct stage *stage, struct capture
 		return err;
 	}
 	sem_init(&solver->wake, 0, 0);
-	solver->sync.period_ns = stage->config.plan.period_ns;
+	solver->sync.period_ns = period_ns;
 	tracker_state_init(&solver->tracker, &stage->layout);
 	return 0;
 }

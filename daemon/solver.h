@@ -48,7 +48,8 @@ struct solver {
 
 /* Control thread. Returns 0 or -ENOMEM. */
 int solver_init(struct solver *solver, const struct stage *stage, struct capture *captures,
-		struct pulses *pulses, int control_wake_fd, uint32_t queue_length);
+		struct pulses *pulses, int control_wake_fd, int64_t period_ns,
+		uint32_t queue_length);
 void solver_finish(struct solver *solver); /* a zeroed solver is fine */
 
 int solver_start(struct solver *solver, struct diag *diag);

@@ -99,9 +99,29 @@ static int init_captures(struct station *station, struct open_camera *devices, s
 	return err;
 }
 
-static enum exit_code open_devices(struct station *station, struct diag *diag)
+static int open_pulses(struct station *station, struct diag *diag)
 {
 	const struct config *config = &station->stage.config;
+	int err = pulses_open(&station->pulses, config->trigger, &config->plan, trigger_drivers,
+			      queue_length(config), diag);
+
+	station->pulses.solver_wake = &station->solver.wake;
+	return err;
+}
+
+static int init_solver(struct station *station)
+{
+	bool has_edges = station->pulses.driver->reports_edges;
+
+	if (has_edges || station->period_ns == 0)
+		station->period_ns = station->stage.config.plan.period_ns;
+	return solver_init(&station->solver, &station->stage, station->captures,
+			   has_edges ? &station->pulses : NULL, station->wake_fd,
+			   station->period_ns, queue_length(&station->stage.config));
+}
+
+static enum exit_code open_devices(struct station *station, struct diag *diag)
+{
 	struct open_camera devices[CAMERA_MAX];
 	int err = open_world(station, diag);
 
@@ -110,19 +130,13 @@ static enum exit_code open_devices(struct station *station, struct diag *diag)
 	err = open_cameras(devices, &station->stage, UINT32_MAX, camera_drivers, diag);
 	if (err)
 		return open_exit_code(err);
-	err = init_captures(station, devices, diag);
-	if (err)
+	station->period_ns = open_cameras_period_ns(devices, station->stage.ir_mask);
+	if (init_captures(station, devices, diag) < 0)
 		return EXIT_CODE_INTERNAL;
-	err = pulses_open(&station->pulses, config->trigger, &config->plan, trigger_drivers,
-			  queue_length(config), diag);
+	err = open_pulses(station, diag);
 	if (err)
 		return open_exit_code(err);
-	station->pulses.solver_wake = &station->solver.wake;
-	bool has_edges = station->pulses.driver->reports_edges;
-	err = solver_init(&station->solver, &station->stage, station->captures,
-			  has_edges ? &station->pulses : NULL, station->wake_fd,
-			  queue_length(config));
-	return err ? EXIT_CODE_INTERNAL : EXIT_CODE_OK;
+	return init_solver(station) < 0 ? EXIT_CODE_INTERNAL : EXIT_CODE_OK;
 }
 
 enum exit_code station_configure(struct station *station, const char *config_path,

@@ -27,7 +27,8 @@ struct station {
 	struct solver solver;
 	struct reopener reopener;
 	struct statistics statistics;
-	int wake_fd; /* eventfd: marker sets or previews are ready, or a camera changed */
+	int64_t period_ns; /* between shots: of the trigger's plan, or as the cameras run */
+	int wake_fd;       /* eventfd: marker sets or previews are ready, or a camera changed */
 	bool world_open;
 	bool memory_locked;
 	int64_t started_ns;

@@ -4,6 +4,7 @@
 #include "drivers/open_cameras.h"
 
 #include <errno.h>
+#include <stdlib.h>
 #include <string.h>
 
 static int check_images(const struct stage *stage, uint32_t index,
@@ -74,4 +75,26 @@ void close_cameras(struct open_camera *cameras, uint32_t count)
 		if (cameras[c].camera)
 			cameras[c].driver->close(cameras[c].camera);
 	memset(cameras, 0, count * sizeof(*cameras));
+}
+
+static int compare_ns(const void *a, const void *b)
+{
+	int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
+
+	return (x > y) - (x < y);
+}
+
+int64_t open_cameras_period_ns(const struct open_camera *cameras, uint32_t camera_mask)
+{
+	int64_t periods_ns[CAMERA_MAX];
+	size_t count = 0;
+
+	for (uint32_t left = camera_mask; left; left &= left - 1) {
+		const struct open_camera *camera = &cameras[__builtin_ctz(left)];
+
+		if (camera->granted.period_ns > 0)
+			periods_ns[count++] = camera->granted.period_ns;
+	}
+	qsort(periods_ns, count, sizeof(periods_ns[0]), compare_ns);
+	return count ? periods_ns[(count - 1) / 2] : 0;
 }

@@ -23,3 +23,7 @@ int open_camera_by_config(struct open_camera *out, const struct stage *stage, ui
 int open_cameras(struct open_camera *out, const struct stage *stage, uint32_t camera_mask,
 		 const struct camera_driver *const *drivers, struct diag *diag);
 void close_cameras(struct open_camera *cameras, uint32_t count);
+
+/* The median of the periods that those of `camera_mask` were granted: one that is wrong about its
+ * own (a recording that begins with a dropped frame) is outvoted. 0 when none knows. */
+int64_t open_cameras_period_ns(const struct open_camera *cameras, uint32_t camera_mask);

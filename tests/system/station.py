@@ -205,6 +205,19 @@ def test_recording_that_ends_leaves_the_station_up(recording, start):
     assert station.stop()[0] == 0
 
 
+def test_recording_of_another_rate_than_the_config_loses_no_shot(stage, start):
+    for camera in range(4):  # without shot numbers, so that the times alone count
+        table = stage / f"ir{camera}" / "frames.csv"
+        rows = [line.partition(",")[2] for line in table.read_text().splitlines()]
+        table.write_text("\n".join(rows) + "\n")
+    config = stage / "stage.yaml"
+    config.write_text(config.read_text().replace("rate_hz: 120", "rate_hz: 240"))
+    station = start(config).wait_running()
+    time.sleep(1)
+    shots = station.status()["shots"]
+    assert shots["lost"] == 0 and shots["solved"] >= 47
+
+
 def test_truncated_image_is_named_and_counted(stage, start):
     truncate(stage / "ir1" / "000010.pgm")
     station = start(stage / "stage.yaml").wait_running()
