@@ -6,6 +6,7 @@
 
 #include <math.h>
 
+#include "track/head.h"
 #include "track/rigid.h"
 
 #define RIGID_SLACK_M 0.002 /* of a distance between rigid markers: how well a jig is measured */
@@ -132,18 +133,10 @@ static int count_found(const struct search *search, const struct pose *pose)
 	return found;
 }
 
-static bool same_pose(const struct pose *a, const struct pose *b)
-{
-	struct vec3 nose = {0, 0, 0.1}, crown = {0, 0.1, 0};
-
-	return vec3_distance(pose_apply(a, nose), pose_apply(b, nose)) < SAME_POSE_M &&
-	       vec3_distance(pose_apply(a, crown), pose_apply(b, crown)) < SAME_POSE_M;
-}
-
 static void weigh_pose(struct search *search, const struct pose *pose)
 {
 	int found = count_found(search, pose);
-	bool same = search->has_best && same_pose(pose, &search->best);
+	bool same = search->has_best && head_distance_m(pose, &search->best) < SAME_POSE_M;
 
 	if (found > search->best_found) {
 		if (search->has_best && !same)

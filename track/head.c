@@ -193,6 +193,14 @@ void head_fit(const struct layout *layout, const struct tracker_state *state,
 	out->residual_m = fit_residual_m(&fit, &pose);
 }
 
+double head_distance_m(const struct pose *a, const struct pose *b)
+{
+	struct vec3 nose = {0, 0, 0.1}, crown = {0, 0.1, 0};
+
+	return fmax(vec3_distance(pose_apply(a, nose), pose_apply(b, nose)),
+		    vec3_distance(pose_apply(a, crown), pose_apply(b, crown)));
+}
+
 void head_update(struct head_state *head, const struct pose *pose, int64_t now_ns)
 {
 	double dt_s = (double)(now_ns - head->seen_ns) * 1e-9;

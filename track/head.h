@@ -26,5 +26,8 @@ void head_fit(const struct layout *layout, const struct tracker_state *state,
 	      const struct point *points, const int16_t *point_of_label, const struct pose *guess,
 	      struct head *out);
 
+/* How far apart two poses put the face. */
+double head_distance_m(const struct pose *a, const struct pose *b);
+
 /* Stores the measured pose and the velocity that follows from it. */
 void head_update(struct head_state *head, const struct pose *pose, int64_t now_ns);

@@ -16,6 +16,7 @@
 #define PASSES_FRESH 6
 #define SIGMA_UNIT_M 0.0005
 #define CLEAR_M 0.0025  /* a new name must lie this near to where the neighbours say ... */
+#define REST_SHARE 0.4  /* of the distance to the next marker: so far from rest, and its own way */
 #define CLEAR_SHARE 0.3 /* ... or within this share of its distance to the next marker */
 
 /* Negative log-likelihood (times 2) of a point at that distance, up to a constant. */
@@ -194,6 +195,11 @@ bool label_is_clear(const struct labelling *l, const struct tracker_state *state
 	if (predict_displacement(own, layout, l->seen, l->seen_m, &moved_m, &sigma_m) < 2)
 		return own->neighbour_count < 2;
 	struct vec3 told_m = vec3_add(layout->markers[label].neutral_m, moved_m);
+	/* a neighbourhood that is read one marker aside agrees with itself, but not with its rest
+	 */
+	if (vec3_distance(own->rest_m, l->seen_m[label]) >
+	    REST_SHARE * own->spacing_m + sqrt(own->rest_variance_m2))
+		return false;
 	return vec3_distance(told_m, l->seen_m[label]) <
 		       fmin(CLEAR_M, CLEAR_SHARE * own->spacing_m) &&
 	       !unexplained_nearby(l, point_count, l->seen_m[label], 1.2 * own->spacing_m);

@@ -14,6 +14,9 @@
 #include "track/predict.h"
 
 #define HEAD_KEPT_S 0.25 /* a head that is not measured for longer is looked for anew */
+#define HEAD_GAP_S 0.05  /* ... and after a gap as long it must be found, not followed */
+#define DOUBT_EVERY_SHOTS 10
+#define DOUBT_M 0.006
 #define SEED_RADIUS_M 0.004
 #define STEADY_S 0.5    /* an unclear name is given when it holds this long */
 #define STRANGE_MAX 12  /* shots in a row against the neighbours until a name is taken back */
@@ -92,18 +95,47 @@ static void match_shot(struct tracker_state *state, struct tracker_scratch *scra
 	match_leftovers(&scratch->matcher);
 }
 
-/* The head among this shot's points: near where it was, else anywhere. */
-static bool find_head(struct tracker_state *state, struct tracker_scratch *scratch,
-		      const struct layout *layout, struct pose *head)
+static bool acquire(struct tracker_state *state, struct tracker_scratch *scratch,
+		    const struct layout *layout, struct pose *head)
 {
 	const struct matcher *m = &scratch->matcher;
-	const struct predictions *motion = &scratch->labelling.motion;
 
-	if (state->head.tracked && head_refine(layout, motion, m->points, m->point_count, head))
-		return true;
 	return acquire_head(&scratch->acquire, layout, m->points, m->point_count,
 			    &state->head.acquire_cursor, head) &&
-	       head_refine(layout, motion, m->points, m->point_count, head);
+	       head_refine(layout, &scratch->labelling.motion, m->points, m->point_count, head);
+}
+
+/* The head among this shot's points: near where it was a moment ago, else anywhere. After a gap its
+ * old place is no guide: markers are alike, and a head found one marker aside looks well too. */
+static bool find_head(struct tracker_state *state, struct tracker_scratch *scratch,
+		      const struct layout *layout, int64_t now_ns, struct pose *head)
+{
+	const struct matcher *m = &scratch->matcher;
+	double gap_s = (double)(now_ns - state->head.seen_ns) * 1e-9;
+
+	if (state->head.tracked && gap_s <= HEAD_GAP_S &&
+	    head_refine(layout, &scratch->labelling.motion, m->points, m->point_count, head))
+		return true;
+	return acquire(state, scratch, layout, head);
+}
+
+/* Skin alone holds the head: from time to time the whole stage is searched for a better place. */
+static void doubt_head(struct tracker_state *state, struct tracker_scratch *scratch,
+		       const struct layout *layout, const struct head *measured)
+{
+	struct pose other;
+
+	if (measured->rigid_count >= 3) {
+		state->head.unheld_count = 0;
+		return;
+	}
+	if (++state->head.unheld_count % DOUBT_EVERY_SHOTS != 0 ||
+	    !acquire(state, scratch, layout, &other))
+		return;
+	if (head_distance_m(&other, &measured->rt_stage_head) > DOUBT_M) {
+		state->head.tracked = false;
+		forget_names(state);
+	}
 }
 
 /* Nothing but its neighbours can contradict a two-camera marker, and left alone it would drift off
@@ -242,7 +274,9 @@ static void update_label(struct tracker_state *state, struct tracker_scratch *sc
 		label->strange_count = 0;
 		label->steady_since_ns = 0;
 	}
-	if (!label->confirmed && !may_confirm(state, scratch, layout, i, now_ns))
+	/* a name that was not seen for a while is given as a new one is */
+	bool followed = label->confirmed && l->predictions.labels[i].recent;
+	if (!followed && !may_confirm(state, scratch, layout, i, now_ns))
 		return;
 	struct point *point = &scratch->matcher.points[l->point_of_label[i]];
 	if (point->fix.used_count >= 3) {
@@ -386,6 +420,7 @@ static bool name_shot(struct tracker_state *state, struct tracker_scratch *scrat
 	*head = out->rt_stage_head;
 	update_labels(state, scratch, layout, out, now_ns, dt_s);
 	head_update(&state->head, head, now_ns);
+	doubt_head(state, scratch, layout, out);
 	return true;
 }
 
@@ -412,7 +447,7 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 	predict_motion(state, rig->layout, now_ns, &scratch->labelling.motion);
 	match_begin(&scratch->matcher, rig, state->excess_px2, shot);
 	match_shot(state, scratch, &head);
-	if (find_head(state, scratch, rig->layout, &head))
+	if (find_head(state, scratch, rig->layout, now_ns, &head))
 		measured =
 			name_shot(state, scratch, rig->layout, now_ns, dt_s, &head, &out->heads[0]);
 	out->heads[0].valid = measured;

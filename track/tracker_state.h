@@ -50,6 +50,7 @@ struct head_state {
 	struct vec3 velocity_m_s;    /* of the head's origin, stage axes */
 	struct vec3 turn_rate_rad_s; /* stage axes */
 	int64_t seen_ns;             /* when it was last measured */
+	uint32_t unheld_count;       /* shots in a row without three rigid markers */
 	uint32_t acquire_cursor;     /* where the search for the head goes on */
 };
 

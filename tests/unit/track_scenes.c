@@ -154,6 +154,43 @@ static void one_dead_camera_costs_no_names(void **state)
 	assert_true(right_share(&score) > 0.97); /* the truth counts the dead camera too */
 }
 
+/* Right names over those seen by three cameras, in the shots from the stall's end on. */
+static struct score play_stall(uint32_t missing_mask, uint64_t first, uint64_t length)
+{
+	static struct stage stage;
+	struct sim_options options = {
+		.scene = "talking", .seed = 85, .camera_count = 4, .rate_hz = 60};
+	struct score score, all;
+
+	memset(&stage, 0, sizeof(stage));
+	assert_int_equal(stage_init(&stage, &options), 0);
+	score_init(&score);
+	score_init(&all);
+	for (uint64_t n = first - 30; n < first + length + 60; n++) {
+		bool stalled = n >= first && n < first + length;
+
+		stage_play_us(&stage, &CLEAN, n, stalled ? missing_mask : 0);
+		score_shot(&all, &stage.truth, &stage.set);
+		if (n >= first + length + 30)
+			score_shot(&score, &stage.truth, &stage.set);
+	}
+	stage_finish(&stage);
+	score.wrong = all.wrong;
+	return score;
+}
+
+static void a_stall_costs_names_for_a_moment_and_swaps_none(void **state)
+{
+	(void)state;
+	for (uint64_t trial = 0; trial < 12; trial++) {
+		uint32_t missing_mask = trial % 3 == 0 ? 0xf : trial % 3 == 1 ? 0x9 : 0x7;
+		struct score s = play_stall(missing_mask, 100 + 77 * trial, 2 + 3 * (trial % 5));
+
+		assert_int_equal(s.wrong, 0);
+		assert_true(right_share(&s) > 0.98);
+	}
+}
+
 static void the_same_shots_give_the_same_state(void **state)
 {
 	static struct stage stages[2];
@@ -202,6 +239,7 @@ int main(void)
 		cmocka_unit_test(noise_strays_and_lost_spots_give_no_wrong_name),
 		cmocka_unit_test(covariances_hold_for_blobs_that_claim_too_much),
 		cmocka_unit_test(one_dead_camera_costs_no_names),
+		cmocka_unit_test(a_stall_costs_names_for_a_moment_and_swaps_none),
 		cmocka_unit_test(the_same_shots_give_the_same_state),
 		cmocka_unit_test(an_empty_stage_gives_empty_sets),
 	};
