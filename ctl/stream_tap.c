@@ -97,6 +97,10 @@ static void print_json(const struct tap *tap, const struct stage_marker_set *set
 		heads, "missing_cameras", missing_json(tap, set->missing_mask), "arrival_ns",
 		(json_int_t)set->arrival_ns, "solved_ns", (json_int_t)set->solved_ns, "sent_ns",
 		(json_int_t)set->sent_ns, "sets_lost", (json_int_t)set->sets_lost);
+	if (set->is_hd)
+		json_object_set_new(object, "hd",
+				    json_pack("{s:I, s:i}", "index", (json_int_t)set->hd_index,
+					      "phase", (int)set->hd_phase));
 	json_dumpf(object, stdout, JSON_COMPACT | JSON_REAL_PRECISION(9));
 	putchar('\n');
 	json_decref(object);
@@ -121,6 +125,8 @@ static void print_line(const struct stage_marker_set *set)
 	       by_status[STAGE_PREDICTED], by_status[STAGE_MISSING], unnamed,
 	       __builtin_popcount(set->missing_mask), set->head_count ? "yes" : "no ",
 	       set->arrival_ns > 0 ? latency_ms : 0.0);
+	if (set->is_hd)
+		printf("  hd %" PRIu64, set->hd_index);
 	if (set->sets_lost)
 		printf("  lost so far %" PRIu64, set->sets_lost);
 	putchar('\n');

@@ -290,6 +290,11 @@ static int decode_set(struct decoder *decoder, const Stage__V1__Message *message
 					.sent_ns = from->sent_ns,
 					.markers_lost = from->markers_lost,
 					.sets_lost = message->sets_lost};
+	if (from->hd) {
+		to->is_hd = true;
+		to->hd_index = from->hd->index;
+		to->hd_phase = from->hd->phase;
+	}
 	if (decode_heads(decoder, from, to) < 0 || decode_markers(decoder, from, to) < 0)
 		return -EPROTO;
 	*event = (struct stage_event){.kind = STAGE_MARKERS, .markers = to};

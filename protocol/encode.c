@@ -23,6 +23,7 @@
 struct encoder {
 	Stage__V1__Message message;
 	Stage__V1__MarkerSet set;
+	Stage__V1__HdShot hd;
 	Stage__V1__Head heads[HEAD_MAX], *head_pointers[HEAD_MAX];
 	Stage__V1__Marker markers[MARKER_MAX], *marker_pointers[MARKER_MAX];
 	double q_wxyz[HEAD_MAX][4], t_m[HEAD_MAX][3];
@@ -46,6 +47,7 @@ int encoder_create(struct encoder **out)
 		return -ENOMEM;
 	stage__v1__message__init(&e->message);
 	stage__v1__marker_set__init(&e->set);
+	stage__v1__hd_shot__init(&e->hd);
 	e->message.body_case = STAGE__V1__MESSAGE__BODY_MARKERS;
 	e->message.markers = &e->set;
 	e->set.heads = e->head_pointers;
@@ -117,6 +119,9 @@ static void fill_set(struct encoder *e, const struct marker_set *from, int64_t s
 	to->solved_ns = from->solved_ns;
 	to->sent_ns = sent_ns;
 	to->markers_lost = from->markers_lost;
+	to->hd = from->is_hd ? &e->hd : NULL;
+	e->hd.index = from->hd_index;
+	e->hd.phase = from->hd_phase;
 	to->n_heads = 0;
 	for (uint32_t i = 0; i < from->head_count; i++)
 		if (from->heads[i].valid)

@@ -100,6 +100,9 @@ struct stage_marker_set {
 	const struct stage_marker *markers;
 	uint32_t markers_lost; /* unlabelled ones beyond what a set holds */
 	uint64_t sets_lost;    /* sets that this subscriber has lost so far by reading too slowly */
+	bool is_hd;            /* the HD cameras expose in this shot; then: */
+	uint32_t hd_phase;
+	uint64_t hd_index; /* number k of their frames: shot = divider * k + phase */
 };
 
 /* A person should read it; the station may end the connection behind it. */

@@ -161,6 +161,26 @@ static void marker_set_survives_the_wire(void **state)
 		check_marker(&got->markers[i], &wire->set.markers[i]);
 }
 
+static void hd_frame_is_named_in_hd_shots_alone(void **state)
+{
+	struct wire *wire = *state;
+
+	describe(wire);
+	sample_set(&wire->set, 42, 0);
+	assert_int_equal(send_set(wire), 0);
+	assert_false(wire->event.markers->is_hd);
+	wire->set.is_hd = 1;
+	wire->set.hd_index = 0; /* a number that takes no room on the wire */
+	wire->set.hd_phase = 0;
+	assert_int_equal(send_set(wire), 0);
+	assert_true(wire->event.markers->is_hd);
+	wire->set.hd_index = 10;
+	wire->set.hd_phase = 2;
+	assert_int_equal(send_set(wire), 0);
+	assert_int_equal(wire->event.markers->hd_index, 10);
+	assert_int_equal(wire->event.markers->hd_phase, 2);
+}
+
 static void head_that_could_not_be_fitted_is_left_out(void **state)
 {
 	struct wire *wire = *state;
@@ -180,6 +200,8 @@ static void fullest_set_with_the_longest_numbers_fits(void **state)
 	sample_set(&wire->set, UINT64_MAX, MARKER_MAX - SAMPLE_LABELS);
 	wire->set.mid_exposure_ns = wire->set.arrival_ns = wire->set.solved_ns = INT64_MIN;
 	wire->set.missing_mask = wire->set.markers_lost = UINT32_MAX;
+	wire->set.is_hd = wire->set.hd_phase = UINT32_MAX;
+	wire->set.hd_index = UINT64_MAX;
 	for (uint32_t i = 0; i < MARKER_MAX; i++) {
 		wire->set.markers[i].status = MARKER_MEASURED;
 		wire->set.markers[i].camera_mask = UINT32_MAX;
@@ -288,6 +310,7 @@ int main(void)
 		WIRE_TEST(description_survives_the_wire),
 		WIRE_TEST(description_ties_the_clock_to_utc),
 		WIRE_TEST(marker_set_survives_the_wire),
+		WIRE_TEST(hd_frame_is_named_in_hd_shots_alone),
 		WIRE_TEST(head_that_could_not_be_fitted_is_left_out),
 		WIRE_TEST(fullest_set_with_the_longest_numbers_fits),
 		WIRE_TEST(loss_count_is_put_behind_a_finished_frame),
