@@ -17,6 +17,7 @@
 #define ROBUST_SKIN_M 0.005
 #define ROUNDS 4
 #define AGREE_MIN 3
+#define SETTLED_M 0.0015 /* a shorter move pairs nothing anew */
 
 struct pose head_predict(const struct head_state *head, int64_t now_ns)
 {
@@ -108,6 +109,14 @@ static bool fit_robustly(struct fit_pairs *fit, struct pose *pose)
 	return agree >= AGREE_MIN && agree * 3 >= fit->count;
 }
 
+double head_distance_m(const struct pose *a, const struct pose *b)
+{
+	struct vec3 nose = {0, 0, 0.1}, crown = {0, 0.1, 0};
+
+	return fmax(vec3_distance(pose_apply(a, nose), pose_apply(b, nose)),
+		    vec3_distance(pose_apply(a, crown), pose_apply(b, crown)));
+}
+
 bool head_refine(const struct layout *layout, const struct predictions *predictions,
 		 const struct point *points, uint32_t point_count, struct pose *pose)
 {
@@ -115,8 +124,10 @@ bool head_refine(const struct layout *layout, const struct predictions *predicti
 	struct pose refined = *pose;
 
 	for (int again = 0; again < 2; again++) {
-		struct fit_pairs fit = {0};
+		struct fit_pairs fit;
+		struct pose before = refined;
 
+		fit.count = fit.rigid_count = 0;
 		pair_up(predictions, points, point_count, &refined, point_of_label);
 		for (uint32_t i = 0; i < predictions->count; i++) {
 			if (point_of_label[i] < 0)
@@ -130,6 +141,8 @@ bool head_refine(const struct layout *layout, const struct predictions *predicti
 		}
 		if (fit.count < AGREE_MIN || !fit_robustly(&fit, &refined))
 			return false;
+		if (head_distance_m(&before, &refined) < SETTLED_M)
+			break;
 	}
 	*pose = refined;
 	return true;
@@ -180,9 +193,10 @@ void head_fit(const struct layout *layout, const struct tracker_state *state,
 	      const struct point *points, const int16_t *point_of_label, const struct pose *guess,
 	      struct head *out)
 {
-	struct fit_pairs fit = {0};
+	struct fit_pairs fit;
 	struct pose pose = *guess;
 
+	fit.count = fit.rigid_count = 0;
 	out->valid = 0;
 	collect_named(layout, state, points, point_of_label, &fit);
 	if (fit.count < AGREE_MIN || !fit_robustly(&fit, &pose))
@@ -191,14 +205,6 @@ void head_fit(const struct layout *layout, const struct tracker_state *state,
 	out->rigid_count = (uint8_t)(fit.rigid_count > UINT8_MAX ? UINT8_MAX : fit.rigid_count);
 	out->rt_stage_head = pose;
 	out->residual_m = fit_residual_m(&fit, &pose);
-}
-
-double head_distance_m(const struct pose *a, const struct pose *b)
-{
-	struct vec3 nose = {0, 0, 0.1}, crown = {0, 0.1, 0};
-
-	return fmax(vec3_distance(pose_apply(a, nose), pose_apply(b, nose)),
-		    vec3_distance(pose_apply(a, crown), pose_apply(b, crown)));
 }
 
 void head_update(struct head_state *head, const struct pose *pose, int64_t now_ns)

@@ -56,24 +56,30 @@ static void weigh_slope(double t, double w[4])
 	w[3] = t * (-1.0 + 1.5 * t);
 }
 
-/* One row of nodes under four weights. */
-static inline void sum_row(const double (*row)[2], const double w[4], double out[2])
+/* Both components of a node at once; the same sums as one by one. */
+typedef double pair __attribute__((vector_size(16)));
+
+static inline pair load(const double node[2])
 {
-	for (int k = 0; k < 2; k++)
-		out[k] = w[0] * row[0][k] + w[1] * row[1][k] + w[2] * row[2][k] + w[3] * row[3][k];
+	return (pair){node[0], node[1]};
+}
+
+/* One row of nodes under four weights. */
+static inline pair sum_row(const double (*row)[2], const double w[4])
+{
+	return w[0] * load(row[0]) + w[1] * load(row[1]) + w[2] * load(row[2]) +
+	       w[3] * load(row[3]);
 }
 
 static void value_only(const double (*corner)[2], int stride, const double wx[4],
 		       const double wy[4], double value[2])
 {
-	double along[2];
+	pair sum = {0, 0};
 
-	value[0] = value[1] = 0;
-	for (int j = 0; j < 4; j++) {
-		sum_row(corner + (ptrdiff_t)j * stride, wx, along);
-		for (int k = 0; k < 2; k++)
-			value[k] += wy[j] * along[k];
-	}
+	for (int j = 0; j < 4; j++)
+		sum += wy[j] * sum_row(corner + (ptrdiff_t)j * stride, wx);
+	value[0] = sum[0];
+	value[1] = sum[1];
 }
 
 /* The sums for the value and for both slopes in one pass over the nodes. */
@@ -81,18 +87,19 @@ static void value_and_slopes(const double (*corner)[2], int stride, const double
 			     const double wy[4], const double dx[4], const double dy[4],
 			     double value[2], double by_x[2], double by_y[2])
 {
-	double along[2], slope[2];
+	pair sum = {0, 0}, sum_x = {0, 0}, sum_y = {0, 0};
 
-	for (int k = 0; k < 2; k++)
-		value[k] = by_x[k] = by_y[k] = 0;
 	for (int j = 0; j < 4; j++) {
-		sum_row(corner + (ptrdiff_t)j * stride, wx, along);
-		sum_row(corner + (ptrdiff_t)j * stride, dx, slope);
-		for (int k = 0; k < 2; k++) {
-			value[k] += wy[j] * along[k];
-			by_x[k] += wy[j] * slope[k];
-			by_y[k] += dy[j] * along[k];
-		}
+		pair along = sum_row(corner + (ptrdiff_t)j * stride, wx);
+
+		sum += wy[j] * along;
+		sum_y += dy[j] * along;
+		sum_x += wy[j] * sum_row(corner + (ptrdiff_t)j * stride, dx);
+	}
+	for (int k = 0; k < 2; k++) {
+		value[k] = sum[k];
+		by_x[k] = sum_x[k];
+		by_y[k] = sum_y[k];
 	}
 }
 

@@ -27,7 +27,8 @@ struct seed {
 	double radius_m;
 };
 
-#define CELL_COUNT_MAX (64 * 64)
+#define CELLS_ACROSS_MAX 32 /* of an image, along each axis */
+#define CELL_COUNT_MAX (CELLS_ACROSS_MAX * CELLS_ACROSS_MAX)
 
 /* One camera's blobs of the shot, indexed by place. */
 struct sight_index {

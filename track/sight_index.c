@@ -53,9 +53,9 @@ void sight_index_build(struct sight_index *index, const struct view *view,
 	index->blobs = set->blobs;
 	index->blob_count = (int)set->blob_count;
 	index->pixels_per_radian = pixels_per_radian(view);
-	index->cell_px = longest / 64 + 1;
-	index->column_count = clamp(view->width_px / index->cell_px + 1, 1, 64);
-	index->row_count = clamp(view->height_px / index->cell_px + 1, 1, 64);
+	index->cell_px = longest / CELLS_ACROSS_MAX + 1;
+	index->column_count = clamp(view->width_px / index->cell_px + 1, 1, CELLS_ACROSS_MAX);
+	index->row_count = clamp(view->height_px / index->cell_px + 1, 1, CELLS_ACROSS_MAX);
 	sort_into_cells(index);
 	for (int i = 0; i < index->blob_count; i++)
 		index->owner[i] = -1;
