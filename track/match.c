@@ -18,23 +18,33 @@ double match_sigma_px(const struct matcher *m, const struct blob *blob)
 	return sqrt((double)blob->sigma_px * blob->sigma_px + m->view_variance_px2);
 }
 
-/* A point from chosen blobs (BLOB_NONE where a camera has none). */
-static bool point_from_blobs(const struct matcher *m, const int16_t blob[CAMERA_MAX],
-			     const struct vec3 *guess, struct point *out)
+/* One blob per camera that may show one point (BLOB_NONE where there is none), chosen around a
+ * guess and with the projections of that guess. */
+struct choice {
+	struct guess guess;
+	int count;
+	int16_t blob[CAMERA_MAX];
+	struct projection at_guess[CAMERA_MAX]; /* where there is a blob */
+};
+
+static bool point_from_choice(const struct matcher *m, const struct choice *choice,
+			      struct point *out)
 {
 	struct sighting sightings[CAMERA_MAX];
 	int camera_of[CAMERA_MAX], count = 0;
 	struct fix fix;
 
 	for (uint32_t c = 0; c < m->camera_count; c++) {
-		if (blob[c] == BLOB_NONE)
+		if (choice->blob[c] == BLOB_NONE)
 			continue;
-		const struct blob *b = &m->cameras[c].blobs[blob[c]];
-		sightings[count] = (struct sighting){
-			m->cameras[c].view, {b->x_px, b->y_px}, match_sigma_px(m, b)};
+		const struct blob *b = &m->cameras[c].blobs[choice->blob[c]];
+		sightings[count] = (struct sighting){m->cameras[c].view,
+						     {b->x_px, b->y_px},
+						     match_sigma_px(m, b),
+						     choice->at_guess[c]};
 		camera_of[count++] = (int)c;
 	}
-	if (count < 2 || triangulate(sightings, count, guess, &fix))
+	if (count < 2 || triangulate(sightings, count, &choice->guess, &fix))
 		return false;
 	out->fix = fix;
 	out->fix.used_mask = 0;
@@ -44,31 +54,31 @@ static bool point_from_blobs(const struct matcher *m, const int16_t blob[CAMERA_
 		if (fix.used_mask & (1u << i))
 			out->fix.used_mask |= 1u << camera_of[i];
 		out->claimed_mask |= 1u << camera_of[i];
-		out->blob[camera_of[i]] = blob[camera_of[i]];
+		out->blob[camera_of[i]] = choice->blob[camera_of[i]];
 	}
 	return true;
 }
 
-/* Nearest blob to the projection of p in every camera, within a radius that is given in metres at
- * the point or in pixels, whichever is larger. Returns how many cameras have one. */
-static int gather(const struct matcher *m, struct vec3 p, double radius_m, double radius_px,
-		  bool free_only, int16_t blob[CAMERA_MAX])
+/* Nearest free blob to the projection of p in every camera, within a radius that is given in metres
+ * at the point or in pixels, whichever is larger. */
+static void choose(const struct matcher *m, struct vec3 p, double radius_m, double radius_px,
+		   struct choice *out)
 {
-	int count = 0;
-
+	out->guess = (struct guess){p, true};
+	out->count = 0;
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		const struct sight_index *camera = &m->cameras[c];
-		double pixel[2];
+		struct projection *at = &out->at_guess[c];
 
-		blob[c] = BLOB_NONE;
-		if (!camera->view || !view_project(camera->view, p, pixel, NULL))
+		out->blob[c] = BLOB_NONE;
+		if (!camera->view || !view_project(camera->view, p, at->pixel, at->slopes))
 			continue;
 		double range_m = vec3_distance(p, camera->view->centre_stage_m);
-		double reach_px = fmax(radius_px, radius_m * camera->pixels_per_radian / range_m);
-		blob[c] = (int16_t)sight_index_nearest(camera, pixel, reach_px, free_only);
-		count += blob[c] != BLOB_NONE;
+		double reach_px = radius_m * camera->pixels_per_radian / range_m;
+		out->blob[c] = (int16_t)sight_index_nearest(
+			camera, at->pixel, reach_px > radius_px ? reach_px : radius_px, true);
+		out->count += out->blob[c] != BLOB_NONE;
 	}
-	return count;
 }
 
 static bool in_range(const struct matcher *m, struct vec3 p, uint32_t camera_mask)
@@ -116,17 +126,18 @@ static bool choice_stands(const struct matcher *m, const struct point *point, st
 /* From a first guess to a confirmed point: solve, look again around the solution, solve. */
 static bool point_near(const struct matcher *m, struct vec3 p, double radius_m, struct point *out)
 {
-	int16_t blob[CAMERA_MAX], again[CAMERA_MAX];
+	struct choice first, again;
 	double gate_px = m->settings->match_gate_px;
 
-	if (gather(m, p, radius_m, gate_px, true, blob) < 3 || !point_from_blobs(m, blob, &p, out))
+	choose(m, p, radius_m, gate_px, &first);
+	if (first.count < 3 || !point_from_choice(m, &first, out))
 		return false;
 	if (!choice_stands(m, out, p, radius_m)) {
-		p = out->fix.p_stage_m;
-		if (gather(m, p, 0, gate_px, true, again) < 3)
+		choose(m, out->fix.p_stage_m, 0, gate_px, &again);
+		if (again.count < 3)
 			return false;
-		if (memcmp(blob, again, m->camera_count * sizeof(blob[0])) &&
-		    !point_from_blobs(m, again, &p, out))
+		if (memcmp(first.blob, again.blob, m->camera_count * sizeof(first.blob[0])) &&
+		    !point_from_choice(m, &again, out))
 			return false;
 	}
 	/* where a marker was expected, two that agree may outvote a third */
@@ -180,21 +191,21 @@ static void claim(struct matcher *m, const struct point *point)
 /* Drops the views whose blob another point has taken, and solves again with the rest. */
 static bool settle(const struct matcher *m, struct point *point)
 {
-	int16_t blob[CAMERA_MAX];
+	struct choice left = {.guess = {point->fix.p_stage_m, false}};
 	bool changed = false;
 
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		bool wants = point->claimed_mask & (1u << c);
 
-		blob[c] = wants ? point->blob[c] : BLOB_NONE;
-		if (wants && m->cameras[c].owner[blob[c]] >= 0) {
-			blob[c] = BLOB_NONE;
+		left.blob[c] = wants ? point->blob[c] : BLOB_NONE;
+		if (wants && m->cameras[c].owner[left.blob[c]] >= 0) {
+			left.blob[c] = BLOB_NONE;
 			changed = true;
 		}
 	}
 	if (!changed)
 		return true;
-	return point_from_blobs(m, blob, &point->fix.p_stage_m, point) && confirmed(m, point, 3);
+	return point_from_choice(m, &left, point) && confirmed(m, point, 3);
 }
 
 static void claim_candidates(struct matcher *m)
@@ -262,15 +273,17 @@ static void try_pair(struct matcher *m, uint32_t ca, int blob_a, uint32_t cb, in
 {
 	struct vec3 p;
 	struct point point;
-	int16_t blob[CAMERA_MAX];
+	struct choice choice;
 
 	if (!rays_meet(&m->cameras[ca], blob_a, &m->cameras[cb], blob_b, &p) ||
-	    !in_range(m, p, 1u << ca | 1u << cb) ||
-	    gather(m, p, 0, m->settings->match_gate_px, true, blob) < 3)
+	    !in_range(m, p, 1u << ca | 1u << cb))
 		return;
-	blob[ca] = (int16_t)blob_a;
-	blob[cb] = (int16_t)blob_b;
-	if (!point_from_blobs(m, blob, &p, &point) || !confirmed(m, &point, 3))
+	choose(m, p, 0, m->settings->match_gate_px, &choice);
+	if (choice.count < 3 || choice.blob[ca] == BLOB_NONE || choice.blob[cb] == BLOB_NONE)
+		return;
+	choice.blob[ca] = (int16_t)blob_a;
+	choice.blob[cb] = (int16_t)blob_b;
+	if (!point_from_choice(m, &choice, &point) || !confirmed(m, &point, 3))
 		return;
 	if (point.fix.used_count >= SURE_VIEW_COUNT &&
 	    point.fix.residual_px < 0.25 * m->settings->match_gate_px)

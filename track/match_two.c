@@ -34,8 +34,10 @@ static bool pair_point(const struct matcher *m, uint32_t ca, int blob_a, uint32_
 	for (int i = 0; i < 2; i++) {
 		const struct blob *b = &cameras[i]->blobs[blobs[i]];
 
-		sightings[i] = (struct sighting){
-			cameras[i]->view, {b->x_px, b->y_px}, match_sigma_px(m, b)};
+		sightings[i].view = cameras[i]->view;
+		sightings[i].pixel[0] = b->x_px;
+		sightings[i].pixel[1] = b->y_px;
+		sightings[i].sigma_px = match_sigma_px(m, b);
 	}
 	if (triangulate(sightings, 2, NULL, &out->fix) ||
 	    out->fix.residual_px > 0.5 * m->settings->match_gate_px)

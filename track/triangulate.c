@@ -19,9 +19,9 @@
 
 /* One view's error and its derivative at the point where it was taken. */
 struct equation {
-	double e[2];    /* pixel seen minus pixel projected */
-	double j[2][3]; /* of the projection by the point */
-	double weight;  /* 1 / sigma^2 */
+	double e[2];         /* pixel seen minus pixel projected */
+	struct projection q; /* of the point */
+	double weight;       /* 1 / sigma^2 */
 };
 
 /* Symmetric 3x3 as xx xy xz yy yz zz. */
@@ -72,28 +72,40 @@ int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *o
 	return 0;
 }
 
+static void set_error(const struct sighting *s, struct equation *equation)
+{
+	equation->e[0] = s->pixel[0] - equation->q.pixel[0];
+	equation->e[1] = s->pixel[1] - equation->q.pixel[1];
+	equation->weight = 1 / (s->sigma_px * s->sigma_px);
+}
+
 /* Errors at p and, where `slopes`, their derivatives; without, those of the last time stay. */
 static int linearise(const struct sighting *sightings, int count, struct vec3 p, bool slopes,
 		     struct equation *equations)
 {
 	for (int i = 0; i < count; i++) {
-		const struct sighting *s = &sightings[i];
-		struct equation *equation = &equations[i];
-		double q[2];
+		struct projection *q = &equations[i].q;
 
-		if (!view_project(s->view, p, q, slopes ? equation->j : NULL))
+		if (!view_project(sightings[i].view, p, q->pixel, slopes ? q->slopes : NULL))
 			return -EDOM;
-		equation->e[0] = s->pixel[0] - q[0];
-		equation->e[1] = s->pixel[1] - q[1];
-		equation->weight = 1 / (s->sigma_px * s->sigma_px);
+		set_error(&sightings[i], &equations[i]);
 	}
 	return 0;
+}
+
+static void take_projections(const struct sighting *sightings, int count,
+			     struct equation *equations)
+{
+	for (int i = 0; i < count; i++) {
+		equations[i].q = sightings[i].at_guess;
+		set_error(&sightings[i], &equations[i]);
+	}
 }
 
 static void add_equation(const struct equation *q, double h[6], struct vec3 *g)
 {
 	for (int r = 0; r < 2; r++) {
-		const double *j = q->j[r];
+		const double *j = q->q.slopes[r];
 		double wx = q->weight * j[0], wy = q->weight * j[1], wz = q->weight * j[2];
 
 		h[0] += wx * j[0];
@@ -111,8 +123,9 @@ static void add_equation(const struct equation *q, double h[6], struct vec3 *g)
 /* Squared distance in the image that a step leaves of a view's error. */
 static double left_px2(const struct equation *q, struct vec3 step)
 {
-	double x = q->e[0] - (q->j[0][0] * step.x + q->j[0][1] * step.y + q->j[0][2] * step.z);
-	double y = q->e[1] - (q->j[1][0] * step.x + q->j[1][1] * step.y + q->j[1][2] * step.z);
+	const double(*j)[3] = q->q.slopes;
+	double x = q->e[0] - (j[0][0] * step.x + j[0][1] * step.y + j[0][2] * step.z);
+	double y = q->e[1] - (j[1][0] * step.x + j[1][1] * step.y + j[1][2] * step.z);
 
 	return x * x + y * y;
 }
@@ -146,15 +159,18 @@ static int solve(const struct equation *equations, int count, uint32_t mask, str
 	return 0;
 }
 
-/* Steps until they are tiny. `equations` and `step` are those of the last one, so that the error of
- * any view is at hand. */
-static int converge(const struct sighting *sightings, int count, uint32_t mask,
+/* Steps until they are tiny; `projected` says that the first equations are made. `equations` and
+ * `step` are those of the last one, so that the error of any view is at hand. */
+static int converge(const struct sighting *sightings, int count, uint32_t mask, bool projected,
 		    struct equation *equations, struct fix *fix, struct vec3 *step)
 {
 	bool slopes = true;
 
 	for (int iteration = 0; iteration < ITERATION_MAX; iteration++) {
-		int error = linearise(sightings, count, fix->p_stage_m, slopes, equations);
+		int error = 0;
+
+		if (iteration > 0 || !projected)
+			error = linearise(sightings, count, fix->p_stage_m, slopes, equations);
 
 		if (!error)
 			error = solve(equations, count, mask, fix, step);
@@ -233,7 +249,7 @@ static void widen(struct fix *fix)
 		fix->cov_m2[k] *= fix->chi2_per_dof;
 }
 
-int triangulate(const struct sighting *sightings, int count, const struct vec3 *guess,
+int triangulate(const struct sighting *sightings, int count, const struct guess *guess,
 		struct fix *out)
 {
 	struct equation equations[CAMERA_MAX];
@@ -242,21 +258,23 @@ int triangulate(const struct sighting *sightings, int count, const struct vec3 *
 	int error = 0;
 
 	if (guess)
-		fix.p_stage_m = *guess;
-	else
+		fix.p_stage_m = guess->p_stage_m;
+	if (guess && guess->projected)
+		take_projections(sightings, count, equations);
+	if (!guess)
 		error = triangulate_rays(sightings, count, &fix.p_stage_m);
 	if (!error)
-		error = converge(sightings, count, count == 32 ? ~0u : (1u << count) - 1, equations,
-				 &fix, &step);
+		error = converge(sightings, count, count == 32 ? ~0u : (1u << count) - 1,
+				 guess && guess->projected, equations, &fix, &step);
 	while (!error && fix.used_count > 2 &&
 	       has_suspect(sightings, equations, count, &fix, step)) {
-		struct fix best;
+		struct fix best = fix;
 		double runner_up;
 
 		if (leave_one_out(equations, count, &fix, &best, &runner_up) ||
 		    !is_decisive(&fix, &best, runner_up))
 			break;
-		error = converge(sightings, count, best.used_mask, equations, &fix, &step);
+		error = converge(sightings, count, best.used_mask, false, equations, &fix, &step);
 	}
 	if (error)
 		return error;

@@ -5,17 +5,32 @@
  */
 #pragma once
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/geometry.h"
 #include "track/observe.h"
 #include "track/view.h"
 
+/* Where a view sees a point of space, and the derivative of that, 1/m. */
+struct projection {
+	double pixel[2];
+	double slopes[2][3];
+};
+
 /* One camera's sight of the point. */
 struct sighting {
 	const struct view *view;
 	double pixel[2];
 	double sigma_px;
+	struct projection at_guess; /* only where triangulate() is told so */
+};
+
+/* Where triangulate() starts. */
+struct guess {
+	struct vec3 p_stage_m;
+	bool projected; /* the sightings' at_guess is filled: those projections are not done again
+			 */
 };
 
 struct fix {
@@ -40,5 +55,5 @@ int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *o
 /* 2 to CAMERA_MAX sightings; starts from `guess`, or from the rays where that is NULL. A view is
  * dropped when the rest agree without it and not with it. Returns 0, or -EDOM when the point is out
  * of a camera's sight or cannot be fixed. */
-int triangulate(const struct sighting *sightings, int count, const struct vec3 *guess,
+int triangulate(const struct sighting *sightings, int count, const struct guess *guess,
 		struct fix *out);
