@@ -8,7 +8,7 @@
 #include <string.h>
 #include <sys/eventfd.h>
 
-#include "base/clock.h"
+#include "base/clock_virtual.h"
 #include "daemon/realtime.h"
 
 #define ACQUIRE_TIMEOUT_NS (100 * NS_PER_MS)
@@ -117,7 +117,7 @@ static void take_frame(struct capture *capture, const struct frame *frame)
 		copy_preview(capture, frame, set);
 	if (set) {
 		ring_publish(&capture->sets);
-		sem_post(capture->solver_wake);
+		clock_semaphore_post(capture->solver_wake);
 	}
 }
 
@@ -151,12 +151,14 @@ static void *run_capture(void *argument)
 	struct capture *capture = argument;
 	enum capture_state state = CAPTURE_RUNNING;
 
+	clock_thread_begin();
 	while (state == CAPTURE_RUNNING &&
 	       !atomic_load_explicit(&capture->stopping, memory_order_relaxed))
 		state = capture_once(capture);
 	atomic_store(&capture->state, state == CAPTURE_RUNNING ? CAPTURE_STOPPED : state);
-	sem_post(capture->solver_wake);
+	clock_semaphore_post(capture->solver_wake);
 	eventfd_write(capture->control_wake_fd, 1);
+	clock_thread_end();
 	return NULL;
 }
 

@@ -5,9 +5,9 @@
 #pragma once
 
 #include <pthread.h>
-#include <semaphore.h>
 #include <stdatomic.h>
 
+#include "base/clock.h"
 #include "base/ring.h"
 #include "config/config.h"
 #include "drivers/open_cameras.h"
@@ -55,9 +55,9 @@ struct capture {
 	char name[NAME_BYTES];
 	enum camera_role role;
 	struct open_camera device;
-	struct blob_finder *finder; /* owned; NULL for HD */
-	sem_t *solver_wake;         /* borrowed */
-	int control_wake_fd;        /* eventfd, borrowed */
+	struct blob_finder *finder;          /* owned; NULL for HD */
+	struct clock_semaphore *solver_wake; /* borrowed */
+	int control_wake_fd;                 /* eventfd, borrowed */
 
 	/* control thread */
 	pthread_t thread;

@@ -81,7 +81,7 @@ static bool client_send(struct control_client *client)
 			return false;
 		}
 		client->out_sent += (size_t)sent;
-		client->progress_ns = clock_now_ns();
+		client->progress_ns = clock_real_now_ns();
 	}
 	free(client->out);
 	client->out = NULL;
@@ -94,7 +94,7 @@ static bool client_reply(struct control_client *client, json_t *reply)
 	bool oneway = client->oneway;
 
 	client->oneway = false;
-	client->progress_ns = clock_now_ns();
+	client->progress_ns = clock_real_now_ns();
 	if (!oneway)
 		client->out = json_dumps(reply, JSON_COMPACT);
 	json_decref(reply);
@@ -123,7 +123,7 @@ static bool client_request(struct control_client *client, size_t size_bytes)
 	json_t *reply = control_call(&client->control->context, request, &client->preview_camera);
 	json_decref(request);
 	if (!reply) {
-		client->progress_ns = clock_now_ns();
+		client->progress_ns = clock_real_now_ns();
 		return true;
 	}
 	return client_reply(client, reply);
@@ -166,7 +166,7 @@ static void client_receive(struct control_client *client)
 		return;
 	}
 	client->in_bytes += (size_t)got;
-	client->progress_ns = clock_now_ns();
+	client->progress_ns = clock_real_now_ns();
 	client_work(client);
 }
 
@@ -200,7 +200,7 @@ static struct control_client *free_place(struct control *control)
 		if (!silent || client->progress_ns < silent->progress_ns)
 			silent = client;
 	}
-	if (clock_now_ns() - silent->progress_ns < STALL_NS)
+	if (clock_real_now_ns() - silent->progress_ns < STALL_NS)
 		return NULL;
 	client_cut_off(silent);
 	return silent;
@@ -227,7 +227,7 @@ static int on_connect(sd_event_source *source, int fd, uint32_t events, void *us
 	client->control = control;
 	client->fd = client_fd;
 	client->in = in;
-	client->progress_ns = clock_now_ns();
+	client->progress_ns = clock_real_now_ns();
 	control->stats.accepted_count++;
 	return 0;
 }
@@ -308,7 +308,7 @@ void control_answer_previews(struct control *control)
 
 void control_tick(struct control *control)
 {
-	int64_t now_ns = clock_now_ns();
+	int64_t now_ns = clock_real_now_ns();
 
 	for (int i = 0; i < CONTROL_CLIENT_MAX; i++) {
 		struct control_client *client = &control->clients[i];

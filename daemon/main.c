@@ -14,7 +14,7 @@
 #include <systemd/sd-daemon.h>
 #include <systemd/sd-event.h>
 
-#include "base/clock.h"
+#include "base/clock_virtual.h"
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "daemon/control.h"
@@ -28,7 +28,8 @@ struct program {
 	struct station station;
 	struct stream_description description;
 	sd_event *event;
-	sd_event_source *tick;
+	struct clock_alarm tick;
+	int64_t tick_ns; /* when the next tick is due */
 	struct server *server;
 	struct control *control;
 };
@@ -163,25 +164,37 @@ static int on_wake(sd_event_source *source, int fd, uint32_t events, void *user)
 	return 0;
 }
 
-static int on_tick(sd_event_source *source, uint64_t time_us, void *user)
+static void set_tick(struct program *program)
+{
+	program->tick_ns += NS_PER_S;
+	clock_alarm_set(&program->tick, program->tick_ns);
+}
+
+static int on_tick(sd_event_source *source, int fd, uint32_t events, void *user)
 {
 	struct program *program = user;
 
+	(void)source;
+	(void)fd;
+	(void)events;
 	station_tick(&program->station);
 	control_tick(program->control);
-	sd_event_source_set_time(source, time_us + 1000000);
-	return sd_event_source_set_enabled(source, SD_EVENT_ONESHOT);
+	set_tick(program);
+	return 0;
 }
 
 static int watch_events(struct program *program)
 {
-	uint64_t now_us = (uint64_t)clock_now_ns() / 1000;
 	int err = sd_event_add_io(program->event, NULL, program->station.wake_fd, EPOLLIN, on_wake,
 				  program);
 
 	if (err >= 0)
-		err = sd_event_add_time(program->event, &program->tick, CLOCK_MONOTONIC,
-					now_us + 1000000, 10000, on_tick, program);
+		err = clock_alarm_open(&program->tick);
+	if (err >= 0)
+		err = sd_event_add_io(program->event, NULL, program->tick.fd, EPOLLIN, on_tick,
+				      program);
+	program->tick_ns = clock_now_ns();
+	set_tick(program);
 	if (err >= 0)
 		err = sd_event_add_signal(program->event, NULL, SIGTERM, NULL, NULL);
 	if (err >= 0)
@@ -228,8 +241,8 @@ static void finish(struct program *program)
 	control_destroy(program->control);
 	server_destroy(program->server);
 	station_finish(&program->station);
-	sd_event_source_disable_unref(program->tick);
 	sd_event_unref(program->event);
+	clock_alarm_close(&program->tick);
 }
 
 int main(int argc, char **argv)

@@ -6,7 +6,7 @@
 #include <errno.h>
 #include <string.h>
 
-#include "base/clock.h"
+#include "base/clock_virtual.h"
 #include "daemon/realtime.h"
 
 #define NEXT_TIMEOUT_NS (100 * NS_PER_MS)
@@ -22,7 +22,7 @@ static void queue_edge(struct pulses *pulses, const struct edge *edge)
 	}
 	*slot = *edge;
 	ring_publish(&pulses->edges);
-	sem_post(pulses->solver_wake);
+	clock_semaphore_post(pulses->solver_wake);
 }
 
 static void *run_pulses(void *argument)
@@ -30,6 +30,7 @@ static void *run_pulses(void *argument)
 	struct pulses *pulses = argument;
 	int err = 0;
 
+	clock_thread_begin();
 	while (!atomic_load_explicit(&pulses->stopping, memory_order_relaxed) &&
 	       (err == 0 || err == -ETIMEDOUT)) {
 		struct edge edge;
@@ -40,7 +41,8 @@ static void *run_pulses(void *argument)
 	}
 	if (err && err != -ETIMEDOUT)
 		atomic_store(&pulses->lost, true);
-	sem_post(pulses->solver_wake);
+	clock_semaphore_post(pulses->solver_wake);
+	clock_thread_end();
 	return NULL;
 }
 

@@ -5,9 +5,9 @@
 #pragma once
 
 #include <pthread.h>
-#include <semaphore.h>
 #include <stdatomic.h>
 
+#include "base/clock.h"
 #include "base/ring.h"
 #include "drivers/trigger.h"
 #include "track/sync.h"
@@ -17,7 +17,7 @@ struct pulses {
 	const struct trigger_driver *driver;
 	struct trigger *trigger; /* owned */
 	struct trigger_plan plan;
-	sem_t *solver_wake; /* borrowed */
+	struct clock_semaphore *solver_wake; /* borrowed */
 
 	/* control thread */
 	pthread_t thread;

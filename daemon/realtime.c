@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
+#include "base/clock_virtual.h"
 #include "base/log.h"
 
 #define STACK_BYTES (512u * 1024u)
@@ -42,15 +43,20 @@ int realtime_thread_start(pthread_t *out, const char *name, int priority, void *
 			  void *argument, bool *granted)
 {
 	char short_name[16] = {0};
-	bool fifo = true;
-	int err = start_thread(out, SCHED_FIFO, priority, run, argument);
+	bool fifo = !clock_is_virtual(); /* there, nothing is in a hurry */
+	int err = -EPERM;
 
+	clock_thread_expect();
+	if (fifo)
+		err = start_thread(out, SCHED_FIFO, priority, run, argument);
 	if (err == -EPERM) {
 		fifo = false;
 		err = start_thread(out, SCHED_OTHER, 0, run, argument);
 	}
-	if (err)
+	if (err) {
+		clock_thread_withdraw();
 		return err;
+	}
 	memcpy(short_name, name, strnlen(name, sizeof(short_name) - 1));
 	pthread_setname_np(*out, short_name);
 	*granted = fifo;

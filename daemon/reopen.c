@@ -3,6 +3,8 @@
  */
 #include "daemon/reopen.h"
 
+#include "base/clock_virtual.h"
+
 static void *run_attempt(void *argument)
 {
 	struct reopener *reopener = argument;
@@ -14,6 +16,7 @@ static void *run_attempt(void *argument)
 	reopener->error = open_camera_by_config(device, reopener->stage, reopener->camera,
 						reopener->drivers, &reopener->diag);
 	atomic_store(&reopener->done, true);
+	clock_release();
 	return NULL;
 }
 
@@ -28,7 +31,10 @@ bool reopen_begin(struct reopener *reopener, const struct stage *stage,
 	reopener->camera = index;
 	reopener->device = *lost;
 	atomic_store(&reopener->done, false);
+	clock_hold(); /* an attempt takes no virtual time */
 	reopener->busy = pthread_create(&reopener->thread, NULL, run_attempt, reopener) == 0;
+	if (!reopener->busy)
+		clock_release();
 	return reopener->busy;
 }
 

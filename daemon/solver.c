@@ -6,9 +6,8 @@
 #include <errno.h>
 #include <string.h>
 #include <sys/eventfd.h>
-#include <time.h>
 
-#include "base/clock.h"
+#include "base/clock_virtual.h"
 #include "daemon/realtime.h"
 #include "track/shot.h"
 
@@ -131,6 +130,7 @@ static void track(struct solver *solver, const struct sync_decision *decision,
 	}
 	tracker_run(&solver->tracker, solver->scratch, &solver->stage->tracking, &shot, set);
 	stamp(set, &shot);
+	clock_hold(); /* until station_pop_set() */
 	ring_publish(&solver->sets);
 	eventfd_write(solver->control_wake_fd, 1);
 	count_cameras(solver, &shot);
@@ -185,25 +185,18 @@ static bool solve_next(struct solver *solver, int64_t *wake_ns)
 	return result == SYNC_SHOT || result == SYNC_STALE;
 }
 
-static void wait_until(struct solver *solver, int64_t wake_ns)
-{
-	struct timespec wake = {.tv_sec = wake_ns / NS_PER_S, .tv_nsec = wake_ns % NS_PER_S};
-
-	sem_clockwait(&solver->wake, CLOCK_MONOTONIC, &wake);
-	while (sem_trywait(&solver->wake) == 0)
-		; /* one look serves all that was posted */
-}
-
 static void *run_solver(void *argument)
 {
 	struct solver *solver = argument;
 
+	clock_thread_begin();
 	while (!atomic_load_explicit(&solver->stopping, memory_order_relaxed)) {
 		int64_t wake_ns;
 
 		if (!solve_next(solver, &wake_ns))
-			wait_until(solver, wake_ns);
+			clock_semaphore_wait(&solver->wake, wake_ns);
 	}
+	clock_thread_end();
 	return NULL;
 }
 
@@ -224,7 +217,7 @@ int solver_init(struct solver *solver, const struct stage *stage, struct capture
 		solver_finish(solver);
 		return err;
 	}
-	sem_init(&solver->wake, 0, 0);
+	clock_semaphore_init(&solver->wake);
 	solver->sync.period_ns = period_ns;
 	tracker_state_init(&solver->tracker, &stage->layout);
 	return 0;
@@ -233,6 +226,8 @@ int solver_init(struct solver *solver, const struct stage *stage, struct capture
 void solver_finish(struct solver *solver)
 {
 	tracker_scratch_destroy(solver->scratch);
+	for (; solver->sets.items && ring_peek(&solver->sets, 0); ring_pop(&solver->sets))
+		clock_release();
 	ring_finish(&solver->sets);
 	memset(solver, 0, sizeof(*solver));
 }
@@ -253,7 +248,7 @@ void solver_stop(struct solver *solver)
 	if (!solver->joinable)
 		return;
 	atomic_store(&solver->stopping, true);
-	sem_post(&solver->wake);
+	clock_semaphore_post(&solver->wake);
 	pthread_join(solver->thread, NULL);
 	solver->joinable = false;
 }

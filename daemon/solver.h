@@ -6,9 +6,9 @@
 #pragma once
 
 #include <pthread.h>
-#include <semaphore.h>
 #include <stdatomic.h>
 
+#include "base/clock.h"
 #include "base/ring.h"
 #include "config/stage.h"
 #include "daemon/capture.h"
@@ -36,8 +36,8 @@ struct solver {
 	struct tracker_state tracker;
 	uint32_t missed_in_a_row[CAMERA_MAX];
 
-	sem_t wake;       /* capture and trigger threads post it */
-	struct ring sets; /* of marker_set, solver to control thread */
+	struct clock_semaphore wake; /* capture and trigger threads post it */
+	struct ring sets;            /* of marker_set, solver to control thread */
 	_Atomic bool stopping;
 	_Atomic bool all_ended;
 	/* any thread reads */

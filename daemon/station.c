@@ -9,7 +9,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include "base/clock.h"
+#include "base/clock_virtual.h"
 #include "base/log.h"
 #include "daemon/program_drivers.h"
 #include "daemon/realtime.h"
@@ -168,15 +168,18 @@ static int start_threads(struct station *station, struct diag *diag)
 enum exit_code station_start(struct station *station, struct diag *diag)
 {
 	station->memory_locked = realtime_lock_memory();
+	clock_hold(); /* all start at the same moment of virtual time */
 	int err = start_threads(station, diag);
 
 	if (err) {
 		station_stop(station);
+		clock_release();
 		return open_exit_code(err);
 	}
 	station->started_ns = station->statistics.last_ns = clock_now_ns();
 	station->state = STATION_RUNNING;
-	if (!station_is_realtime(station))
+	clock_release();
+	if (!clock_is_virtual() && !station_is_realtime(station))
 		log_warning("normal scheduling, because SCHED_FIFO is not allowed: latencies are "
 			    "not bounded; set LimitRTPRIO=99 in the unit");
 	return EXIT_CODE_OK;
@@ -184,6 +187,7 @@ enum exit_code station_start(struct station *station, struct diag *diag)
 
 void station_stop(struct station *station)
 {
+	clock_rush_begin();
 	pulses_stop(&station->pulses);
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
 		atomic_store(&station->captures[c].stopping, true); /* all at once, then join */
@@ -191,6 +195,7 @@ void station_stop(struct station *station)
 		capture_stop(&station->captures[c]);
 	solver_stop(&station->solver);
 	reopen_finish(&station->reopener);
+	clock_rush_end();
 	station->state = STATION_CONFIGURED;
 }
 
@@ -222,4 +227,5 @@ const struct marker_set *station_next_set(struct station *station)
 void station_pop_set(struct station *station)
 {
 	ring_pop(&station->solver.sets);
+	clock_release();
 }
