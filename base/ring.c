@@ -50,7 +50,10 @@ void *ring_claim(struct ring *ring)
 void ring_publish(struct ring *ring)
 {
 	uint32_t head = atomic_load_explicit(&ring->head, memory_order_relaxed);
+	uint32_t tail = atomic_load_explicit(&ring->tail, memory_order_relaxed);
 
+	if (head + 1 - tail > atomic_load_explicit(&ring->fill_max, memory_order_relaxed))
+		atomic_store_explicit(&ring->fill_max, head + 1 - tail, memory_order_relaxed);
 	atomic_store_explicit(&ring->head, head + 1, memory_order_release);
 }
 
@@ -74,4 +77,16 @@ uint32_t ring_count(const struct ring *ring)
 	uint32_t tail = atomic_load_explicit(&ring->tail, memory_order_acquire);
 
 	return atomic_load_explicit(&ring->head, memory_order_acquire) - tail;
+}
+
+uint32_t ring_fill_max(const struct ring *ring)
+{
+	return atomic_load_explicit(&ring->fill_max, memory_order_relaxed);
+}
+
+void ring_clear(struct ring *ring)
+{
+	atomic_store(&ring->tail, atomic_load(&ring->head));
+	atomic_store(&ring->fill_max, 0);
+	atomic_store(&ring->refused_count, 0);
 }

@@ -15,8 +15,9 @@ struct ring {
 	uint32_t capacity; /* a power of two */
 
 	/* atomic, any thread */
-	_Atomic uint32_t head; /* next to write; only the producer stores it */
-	_Atomic uint32_t tail; /* next to read; only the consumer stores it */
+	_Atomic uint32_t head;     /* next to write; only the producer stores it */
+	_Atomic uint32_t tail;     /* next to read; only the consumer stores it */
+	_Atomic uint32_t fill_max; /* most items at once so far; only the producer stores it */
 	_Atomic uint64_t refused_count;
 };
 
@@ -36,3 +37,7 @@ void ring_pop(struct ring *ring);
 
 /* Any thread; a snapshot. */
 uint32_t ring_count(const struct ring *ring);
+uint32_t ring_fill_max(const struct ring *ring);
+
+/* While neither thread runs: drops what is queued and counts anew. */
+void ring_clear(struct ring *ring);
