@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "config/plan.h"
 #include "config/yaml.h"
 
 #define CONFIG_SIZE_MAX (1 << 20)
@@ -21,6 +22,12 @@
 #define AT(member) offsetof(struct config, member)
 #define NUMBER(what, member, low, high, words) \
 	.kind = (what), .offset = AT(member), .min = (low), .max = (high), .unit = (words)
+
+/* What one run over the file fills; the keys' offsets are of the config in front. */
+struct reading {
+	struct config config;
+	struct plan_places plan;
+};
 
 static const char *const roles[] = {"ir", "hd", NULL};
 
@@ -179,13 +186,28 @@ static void read_cameras(struct yaml *yaml, const struct yaml_value *value, void
 		yaml_complain(yaml, value->place, value->field, "no camera in the list");
 }
 
+static void read_hd(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	struct reading *reading = target;
+
+	plan_read_hd(yaml, value, &reading->config.plan, &reading->plan);
+}
+
+#define PLAN_MICROS(member, low) NUMBER(YAML_MICROS, plan.member, (low), 1e6, "microseconds")
+
 static const struct yaml_key keys[] = {
 	{"rig", YAML_TEXT, AT(rig_dir), true, .size = PATH_MAX},
 	{"layout", YAML_TEXT, AT(layout_path), true, .size = PATH_MAX},
 	{"cameras", YAML_CUSTOM, .required = true, .read = read_cameras},
 	{"trigger", YAML_TEXT, AT(trigger), .size = sizeof(((struct config *)0)->trigger)},
 	{"rate_hz", YAML_CUSTOM, .read = read_rate},
-	{"exposure_us", NUMBER(YAML_MICROS, plan.ir_exposure_ns, 1, 1e6, "microseconds")},
+	{"exposure_us", PLAN_MICROS(ir_exposure_ns, 1)},
+	{"ir_delay_us", PLAN_MICROS(ir_delay_ns, 0)},
+	{"strobe_delay_us", PLAN_MICROS(strobe_delay_ns, 0)},
+	{"strobe_width_us", PLAN_MICROS(strobe_width_ns, 0)},
+	{"strobe_duty_max",
+	 NUMBER(YAML_DOUBLE, plan.strobe_duty_max, 0.001, 1, "share of the time")},
+	{"hd", YAML_CUSTOM, .read = read_hd},
 	{"socket_dir", YAML_TEXT, AT(socket_dir), .size = PATH_MAX},
 	{"blobs", YAML_CUSTOM, .read = read_blobs},
 	{"tracking", YAML_CUSTOM, .read = read_tracking},
@@ -193,13 +215,24 @@ static const struct yaml_key keys[] = {
 	{0},
 };
 
-enum { KEY_RIG, KEY_LAYOUT, KEY_EXPOSURE = 5, KEY_SOCKET_DIR, KEY_COUNT = 10 };
+enum {
+	KEY_RIG,
+	KEY_LAYOUT,
+	KEY_RATE = 4,
+	KEY_EXPOSURE,
+	KEY_IR_DELAY,
+	KEY_STROBE_DELAY,
+	KEY_STROBE_WIDTH,
+	KEY_STROBE_DUTY,
+	KEY_HD,
+	KEY_SOCKET_DIR,
+	KEY_COUNT = sizeof(keys) / sizeof(*keys) - 1
+};
 
 static void set_defaults(struct config *config, const char *path)
 {
 	char copy[PATH_MAX];
 
-	memset(config, 0, sizeof(*config));
 	snprintf(config->path, sizeof(config->path), "%s", path);
 	snprintf(copy, sizeof(copy), "%s", path);
 	snprintf(config->base_dir, sizeof(config->base_dir), "%s", dirname(copy));
@@ -208,12 +241,7 @@ static void set_defaults(struct config *config, const char *path)
 	strcpy(config->sim_scene, "talking");
 	config->blobs = blob_settings_default();
 	config->tracking = tracker_settings_default();
-	config->plan = (struct trigger_plan){
-		.period_ns = NS_PER_S / 120,
-		.ir_exposure_ns = 250 * NS_PER_US,
-		.hd_divider = 4,
-		.hd_exposure_ns = 4 * NS_PER_MS,
-	};
+	config->plan = plan_unset();
 }
 
 /* Makes a relative path start from the config file's directory. */
@@ -233,34 +261,40 @@ static void resolve(struct yaml *yaml, const struct config *config, char path[PA
 		memcpy(path, joined, strlen(joined) + 1);
 }
 
-static void finish_plan(struct yaml *yaml, struct config *config, struct yaml_place exposure)
+static void finish_plan(struct yaml *yaml, struct reading *reading, const struct yaml_place *places,
+			struct yaml_place root)
 {
-	struct trigger_plan *plan = &config->plan;
+	static const int key_of_field[] = {
+		[PLAN_PERIOD] = KEY_RATE,
+		[PLAN_IR_DELAY] = KEY_IR_DELAY,
+		[PLAN_IR_EXPOSURE] = KEY_EXPOSURE,
+		[PLAN_STROBE_DELAY] = KEY_STROBE_DELAY,
+		[PLAN_STROBE_WIDTH] = KEY_STROBE_WIDTH,
+		[PLAN_STROBE_DUTY] = KEY_STROBE_DUTY,
+	};
+	struct config *config = &reading->config;
 
-	plan->strobe_width_ns = plan->ir_exposure_ns;
-	if (plan->hd_exposure_ns > plan->period_ns * plan->hd_divider / 2)
-		plan->hd_exposure_ns = plan->period_ns * plan->hd_divider / 2;
-	if (plan->ir_exposure_ns >= plan->period_ns)
-		yaml_complain(yaml, exposure, "exposure_us",
-			      "%.0f us does not fit between two shots, which are %.0f us apart; "
-			      "lower exposure_us or rate_hz",
-			      (double)plan->ir_exposure_ns / 1e3, (double)plan->period_ns / 1e3);
+	for (int f = 0; f < PLAN_HD_DIVIDER; f++)
+		reading->plan.fields[f] = places[key_of_field[f]];
+	reading->plan.otherwise = root;
+	plan_finish(yaml, &config->plan, &reading->plan);
 	for (uint32_t i = 0; i < config->camera_count; i++) {
 		struct config_camera *camera = &config->cameras[i];
 
-		camera->wanted.period_ns =
-			plan->period_ns * (camera->role == ROLE_HD ? plan->hd_divider : 1);
+		camera->wanted.period_ns = config->plan.period_ns *
+					   (camera->role == ROLE_HD ? config->plan.hd_divider : 1);
 	}
 }
 
-static void read_config(struct yaml *yaml, struct config *config)
+static void read_config(struct yaml *yaml, struct reading *reading)
 {
+	struct config *config = &reading->config;
 	struct yaml_value root = yaml_root(yaml);
 	struct yaml_place places[KEY_COUNT + 1];
 
 	memset(places, 0, sizeof(places));
-	yaml_read_mapping(yaml, &root, keys, config, places);
-	finish_plan(yaml, config, places[KEY_EXPOSURE].line ? places[KEY_EXPOSURE] : root.place);
+	yaml_read_mapping(yaml, &root, keys, reading, places);
+	finish_plan(yaml, reading, places, root.place);
 	resolve(yaml, config, config->rig_dir, places[KEY_RIG], "rig", PATH_MAX - NAME_BYTES - 16);
 	resolve(yaml, config, config->layout_path, places[KEY_LAYOUT], "layout", PATH_MAX - 1);
 	resolve(yaml, config, config->socket_dir, places[KEY_SOCKET_DIR], "socket_dir",
@@ -269,7 +303,7 @@ static void read_config(struct yaml *yaml, struct config *config)
 
 int config_load(struct config *config, const char *path, struct diag *diag)
 {
-	static struct config made; /* control thread only; too large for its stack */
+	static struct reading made; /* control thread only; too large for its stack */
 	struct yaml yaml;
 	int err;
 
@@ -280,11 +314,12 @@ int config_load(struct config *config, const char *path, struct diag *diag)
 	err = yaml_open(&yaml, path, CONFIG_SIZE_MAX, diag);
 	if (err)
 		return err;
-	set_defaults(&made, path);
+	memset(&made, 0, sizeof(made));
+	set_defaults(&made.config, path);
 	read_config(&yaml, &made);
 	err = yaml.failed ? -EINVAL : 0;
 	yaml_close(&yaml);
 	if (!err)
-		*config = made;
+		*config = made.config;
 	return err;
 }

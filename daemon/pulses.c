@@ -8,6 +8,7 @@
 
 #include "base/clock_virtual.h"
 #include "daemon/realtime.h"
+#include "drivers/trigger_plan.h"
 
 #define NEXT_TIMEOUT_NS (100 * NS_PER_MS)
 
@@ -117,18 +118,5 @@ struct front pulses_front(struct pulses *pulses, const struct edge **edge)
 	if (!*edge)
 		return (struct front){.state = lost ? FRONT_ENDED : FRONT_WAITING};
 	return (struct front){FRONT_READY, (*edge)->shot,
-			      (*edge)->edge_ns + plan_mid_exposure_ns(&pulses->plan)};
-}
-
-int64_t plan_mid_exposure_ns(const struct trigger_plan *plan)
-{
-	int64_t begin_ns = plan->ir_delay_ns, end_ns = plan->ir_delay_ns + plan->ir_exposure_ns;
-	int64_t lit_ns = plan->strobe_delay_ns,
-		dark_ns = plan->strobe_delay_ns + plan->strobe_width_ns;
-
-	if (plan->strobe_width_ns > 0 && lit_ns < end_ns && dark_ns > begin_ns) {
-		begin_ns = lit_ns > begin_ns ? lit_ns : begin_ns;
-		end_ns = dark_ns < end_ns ? dark_ns : end_ns;
-	}
-	return begin_ns + (end_ns - begin_ns) / 2;
+			      (*edge)->edge_ns + trigger_plan_ir_middle_ns(&pulses->plan)};
 }

@@ -44,7 +44,3 @@ void pulses_stop(struct pulses *pulses); /* all lines dark when it returns */
 /* Solver. The oldest edge as a front that asks for its mid-exposure; `*edge` is NULL without one.
  */
 struct front pulses_front(struct pulses *pulses, const struct edge **edge);
-
-/* From the edge to the middle of the time in which IR light is collected: the overlap of exposure
- * and strobe, or the exposure alone when no strobe is planned. */
-int64_t plan_mid_exposure_ns(const struct trigger_plan *plan);

@@ -14,7 +14,8 @@
 struct trigger_plan {
 	int64_t period_ns;
 	int64_t ir_delay_ns, ir_exposure_ns;
-	int64_t strobe_delay_ns, strobe_width_ns;
+	int64_t strobe_delay_ns, strobe_width_ns; /* a width of 0: no strobe */
+	double strobe_duty_max;   /* share of the time it may burn; 0: STROBE_DUTY_MAX_DEFAULT */
 	int hd_divider, hd_phase; /* HD exposes in shots k with k % divider == phase */
 	int64_t hd_delay_ns, hd_exposure_ns;
 };
@@ -38,8 +39,8 @@ struct trigger_driver {
 	int (*open)(struct trigger **out, const char *rest, struct diag *diag);
 	void (*close)(struct trigger *trigger); /* accepts NULL */
 
-	/* Refuses (-EINVAL, with the reason) a plan that cannot be or that would overheat a strobe.
-	 */
+	/* Refuses (-EINVAL, with the reason) a plan that cannot be or that would overheat a strobe:
+	 * what trigger_plan_check() says, and what the device itself cannot do. */
 	int (*arm)(struct trigger *trigger, const struct trigger_plan *plan, struct diag *diag);
 	void (*disarm)(struct trigger *trigger); /* all lines dark when it returns */
 

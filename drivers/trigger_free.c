@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "base/clock.h"
+#include "drivers/trigger_plan.h"
 
 static int free_open(struct trigger **out, const char *rest, struct diag *diag)
 {
@@ -35,11 +36,7 @@ static void free_close(struct trigger *trigger)
 static int free_arm(struct trigger *trigger, const struct trigger_plan *plan, struct diag *diag)
 {
 	(void)trigger;
-	if (plan->period_ns > 0)
-		return 0;
-	diag_add(diag, "trigger free: the plan's period of %lld ns must be above 0",
-		 (long long)plan->period_ns);
-	return -EINVAL;
+	return trigger_plan_check(plan, "free", diag);
 }
 
 static void free_disarm(struct trigger *trigger)

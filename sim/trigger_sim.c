@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "base/clock.h"
+#include "drivers/trigger_plan.h"
 #include "sim/world.h"
 #include "sim/world_parts.h"
 
@@ -18,30 +19,6 @@ struct sim_trigger {
 	/* owned by the trigger thread */
 	uint64_t next_shot;
 };
-
-static int64_t later(int64_t a, int64_t b)
-{
-	return a > b ? a : b;
-}
-
-static int64_t earlier(int64_t a, int64_t b)
-{
-	return a < b ? a : b;
-}
-
-/* The middle of the time in which the sensor collects strobe light. */
-static int64_t middle_of_light_ns(const struct trigger_plan *plan)
-{
-	int64_t open_ns = plan->ir_delay_ns, shut_ns = plan->ir_delay_ns + plan->ir_exposure_ns;
-
-	if (plan->strobe_width_ns > 0) {
-		int64_t strobe_end_ns = plan->strobe_delay_ns + plan->strobe_width_ns;
-
-		open_ns = later(open_ns, plan->strobe_delay_ns);
-		shut_ns = earlier(shut_ns, strobe_end_ns);
-	}
-	return open_ns + (shut_ns - open_ns) / 2;
-}
 
 static int sim_open(struct trigger **out, const char *rest, struct diag *diag)
 {
@@ -71,8 +48,11 @@ static int sim_arm(struct trigger *base, const struct trigger_plan *plan, struct
 {
 	struct sim_trigger *trigger = (struct sim_trigger *)base;
 	int64_t period_ns = sim_scene_period_ns(sim_world_scene());
-	int64_t middle_ns = middle_of_light_ns(plan);
+	int64_t middle_ns;
+	int err = trigger_plan_check(plan, "sim", diag);
 
+	if (err)
+		return err;
 	if (llabs(plan->period_ns - period_ns) > NS_PER_US) { /* rounding aside */
 		diag_add(diag,
 			 "trigger sim: the plan has %.6g Hz, the simulated stage runs at %.6g Hz: "
@@ -81,13 +61,7 @@ static int sim_arm(struct trigger *base, const struct trigger_plan *plan, struct
 			 (double)NS_PER_S / (double)period_ns);
 		return -EINVAL;
 	}
-	if (middle_ns < 0 || middle_ns >= period_ns) {
-		diag_add(diag,
-			 "trigger sim: the exposure's middle, %lld us after the edge, must lie "
-			 "within the period of %lld us",
-			 (long long)(middle_ns / NS_PER_US), (long long)(period_ns / NS_PER_US));
-		return -EINVAL;
-	}
+	middle_ns = trigger_plan_ir_middle_ns(plan);
 	trigger->middle_ns = middle_ns;
 	trigger->next_shot = sim_world_shot_after(clock_now_ns() + middle_ns);
 	trigger->armed = true;

@@ -162,9 +162,11 @@ static void unknown_keys_are_refused_with_a_suggestion(void **state)
 		"6:9: blobs.treshold_sigma: unknown key; did you mean 'threshold_sigma'?\n");
 	expect_messages(HEAD CAMERAS "sim: {wheels: 4}\n",
 			"6:7: sim.wheels: unknown key; known here: scene, seed, epoch_ns\n");
-	expect_messages(HEAD CAMERAS "<<: {rate_hz: 3}\n",
-			"6:1: <<: unknown key; known here: rig, layout, cameras, trigger, rate_hz, "
-			"exposure_us, socket_dir, blobs, tracking, sim\n");
+	expect_messages(
+		HEAD CAMERAS "<<: {rate_hz: 3}\n",
+		"6:1: <<: unknown key; known here: rig, layout, cameras, trigger, rate_hz, "
+		"exposure_us, ir_delay_us, strobe_delay_us, strobe_width_us, strobe_duty_max, hd, "
+		"socket_dir, blobs, tracking, sim\n");
 	expect_messages(HEAD CAMERAS "[a]: 3\n", "6:2: a key must be a plain word\n");
 }
 
@@ -216,12 +218,60 @@ static void settings_that_contradict_each_other_are_refused(void **state)
 	(void)state;
 	expect_messages(
 		HEAD CAMERAS "exposure_us: 9000\n",
-		"6:14: exposure_us: 9000 us does not fit between two shots, which are 8333 us "
-		"apart; lower exposure_us or rate_hz\n");
+		"6:14: exposure_us: 9000 us does not fit between two shots, which are 8333.33 us "
+		"apart; lower it or the rate\n");
 	expect_messages(HEAD CAMERAS "blobs: {area_min_px: 50, area_max_px: 20}\n",
 			"6:9: blobs.area_max_px: 20 is below area_min_px, which is 50\n");
 	expect_messages(HEAD CAMERAS "tracking: {range_min_m: 5, range_max_m: 5}\n",
 			"6:12: tracking.range_max_m: 5 is not above range_min_m, which is 5\n");
+	expect_messages(HEAD CAMERAS
+			"exposure_us: 200\nstrobe_delay_us: 150\nstrobe_width_us: 100\n",
+			"7:18: strobe_delay_us: the strobe burns 150 to 250 us after the edge, "
+			"outside the exposure, which is open 0 to 200 us; move or shorten the "
+			"strobe\n");
+	expect_messages(HEAD CAMERAS "strobe_width_us: 240\nstrobe_duty_max: 0.02\n",
+			"6:18: strobe_width_us: 240 us of every 8333.33 us overheats a strobe that "
+			"may burn 0.02 of the time; give at most 166.667 us, or lower the rate\n");
+	expect_messages(
+		HEAD CAMERAS "hd: {divider: 0, phase: 1}\n",
+		"6:15: hd.divider: HD cameras cannot take every 0-th shot; give 1 to 1000, 4 "
+		"for 30 Hz beside 120 Hz\n");
+	expect_messages(
+		HEAD CAMERAS "hd:\n  phase: 4\n",
+		"7:10: hd.phase: 4 is not a shot of the 4 that an HD frame comes in; give 0 "
+		"to 3\n");
+	expect_messages(
+		HEAD CAMERAS "ir_delay_us: -3\n",
+		"6:14: ir_delay_us: -3 is out of range, expected a number from 0 to 1000000 "
+		"(microseconds)\n");
+}
+
+static void the_whole_trigger_plan_can_be_given(void **state)
+{
+	(void)state;
+	assert_int_equal(load(HEAD CAMERAS
+			      "exposure_us: 400\nir_delay_us: 20\nstrobe_delay_us: 50\n"
+			      "strobe_width_us: 300\nstrobe_duty_max: 0.05\n"
+			      "hd: {divider: 2, phase: 1, delay_us: 100, exposure_us: 5000}\n",
+			      NULL),
+			 0);
+	assert_int_equal(config.plan.ir_exposure_ns, 400000);
+	assert_int_equal(config.plan.ir_delay_ns, 20000);
+	assert_int_equal(config.plan.strobe_delay_ns, 50000);
+	assert_int_equal(config.plan.strobe_width_ns, 300000);
+	assert_float_equal(config.plan.strobe_duty_max, 0.05, 0);
+	assert_int_equal(config.plan.hd_divider, 2);
+	assert_int_equal(config.plan.hd_phase, 1);
+	assert_int_equal(config.plan.hd_delay_ns, 100000);
+	assert_int_equal(config.plan.hd_exposure_ns, 5000000);
+}
+
+static void a_strobe_not_given_burns_as_long_as_it_safely_can(void **state)
+{
+	(void)state;
+	assert_int_equal(load(HEAD CAMERAS "exposure_us: 5000\nir_delay_us: 10\n", NULL), 0);
+	assert_int_equal(config.plan.strobe_delay_ns, 10000);
+	assert_int_equal(config.plan.strobe_width_ns, 833333);
 }
 
 static void values_of_the_wrong_kind_are_refused(void **state)
@@ -337,6 +387,8 @@ int main(void)
 		cmocka_unit_test(bombs_are_harmless),
 		cmocka_unit_test(more_cameras_than_the_mask_has_bits_are_refused),
 		cmocka_unit_test(failure_leaves_the_caller_s_config_alone),
+		cmocka_unit_test(the_whole_trigger_plan_can_be_given),
+		cmocka_unit_test(a_strobe_not_given_burns_as_long_as_it_safely_can),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

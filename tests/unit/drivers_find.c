@@ -62,7 +62,10 @@ static void a_trigger_needs_no_device(void **state)
 
 static void the_free_trigger_never_fires(void **state)
 {
-	const struct trigger_plan plan = {.period_ns = 8333333}, no_plan = {0};
+	const struct trigger_plan plan = {.period_ns = 8333333,
+					  .ir_exposure_ns = 250000,
+					  .hd_divider = 4},
+				  no_plan = {0};
 	struct trigger *trigger = NULL;
 	struct diag diag = {0};
 	struct edge edge;

@@ -176,7 +176,8 @@ static void every_camera_is_listed_and_grants_its_size(void **state)
 static const struct trigger_plan PLAN = {.period_ns = PERIOD_NS,
 					 .ir_exposure_ns = 1000 * NS_PER_US,
 					 .strobe_delay_ns = 100 * NS_PER_US,
-					 .strobe_width_ns = 500 * NS_PER_US};
+					 .strobe_width_ns = 500 * NS_PER_US,
+					 .hd_divider = 4};
 
 static void edges_lead_to_the_mid_exposure_of_their_shot(void **state)
 {
