@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/realtime.h"
+
 int ring_init(struct ring *ring, size_t item_bytes, uint32_t capacity)
 {
 	uint32_t rounded = 1;
@@ -15,10 +17,10 @@ int ring_init(struct ring *ring, size_t item_bytes, uint32_t capacity)
 	memset(ring, 0, sizeof(*ring));
 	while (rounded < capacity)
 		rounded *= 2;
-	ring->items = malloc(item_bytes * rounded);
+	ring->items = calloc(rounded, item_bytes);
 	if (!ring->items)
 		return -ENOMEM;
-	memset(ring->items, 0, item_bytes * rounded); /* touch every page now, not while live */
+	realtime_touch(ring->items, item_bytes * rounded);
 	ring->item_bytes = item_bytes;
 	ring->capacity = rounded;
 	return 0;

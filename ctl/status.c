@@ -81,6 +81,14 @@ static void print_subscribers(const json_t *stream)
 		       count_of(one, "sets_lost"));
 }
 
+static void print_stalled(const json_t *stalled)
+{
+	size_t index;
+	json_t *one;
+
+	json_array_foreach((json_t *)stalled, index, one) printf("%s\n", json_string_value(one));
+}
+
 static void print_status(const json_t *status)
 {
 	const json_t *shots = json_object_get(status, "shots");
@@ -100,6 +108,7 @@ static void print_status(const json_t *status)
 	if (count_of(status, "sim_late"))
 		printf("the simulator itself was late with %" PRId64 " frames\n",
 		       count_of(status, "sim_late"));
+	print_stalled(json_object_get(status, "stalled"));
 	print_cameras(json_object_get(status, "cameras"));
 	print_subscribers(json_object_get(status, "stream"));
 }

@@ -9,7 +9,7 @@
 #include <sys/eventfd.h>
 
 #include "base/clock_virtual.h"
-#include "daemon/realtime.h"
+#include "base/realtime.h"
 
 #define ACQUIRE_TIMEOUT_NS (100 * NS_PER_MS)
 #define TIME_OFF_MAX_NS NS_PER_S
@@ -146,20 +146,19 @@ static enum capture_state capture_once(struct capture *capture)
 	}
 }
 
-static void *run_capture(void *argument)
+static void run_capture(void *argument)
 {
 	struct capture *capture = argument;
 	enum capture_state state = CAPTURE_RUNNING;
 
-	clock_thread_begin();
 	while (state == CAPTURE_RUNNING &&
-	       !atomic_load_explicit(&capture->stopping, memory_order_relaxed))
+	       !atomic_load_explicit(&capture->stopping, memory_order_relaxed)) {
+		heartbeat_beat(&capture->thread.heartbeat);
 		state = capture_once(capture);
+	}
 	atomic_store(&capture->state, state == CAPTURE_RUNNING ? CAPTURE_STOPPED : state);
 	clock_semaphore_post(capture->solver_wake);
 	eventfd_write(capture->control_wake_fd, 1);
-	clock_thread_end();
-	return NULL;
 }
 
 int capture_init(struct capture *capture, const struct config_camera *camera,
@@ -177,6 +176,8 @@ int capture_init(struct capture *capture, const struct config_camera *camera,
 	capture->preview.pixels = calloc(1, capture->preview.capacity_bytes);
 	if (!capture->preview.pixels)
 		err = -ENOMEM;
+	else
+		realtime_touch(capture->preview.pixels, capture->preview.capacity_bytes);
 	if (!err)
 		err = ring_init(&capture->sets, sizeof(struct blob_set), queue_length);
 	if (!err && camera->role == ROLE_IR)
@@ -210,8 +211,10 @@ int capture_start(struct capture *capture, struct diag *diag)
 	capture->has_seq = false;
 	atomic_store(&capture->stopping, false);
 	atomic_store(&capture->state, CAPTURE_RUNNING);
-	err = realtime_thread_start(&capture->thread, capture->name, PRIORITY_CAPTURE, run_capture,
-				    capture, &capture->fifo_granted);
+	capture->thread.name = capture->name;
+	capture->thread.run = run_capture;
+	capture->thread.argument = capture;
+	err = realtime_thread_start(&capture->thread, PRIORITY_CAPTURE);
 	if (err) {
 		diag_add(diag, "camera %s: cannot start its thread: %s", capture->name,
 			 strerror(-err));
@@ -219,18 +222,18 @@ int capture_start(struct capture *capture, struct diag *diag)
 		driver->stop(capture->device.camera);
 		return err;
 	}
-	capture->joinable = true;
 	return 0;
 }
 
-void capture_stop(struct capture *capture)
+bool capture_stop(struct capture *capture)
 {
-	if (!capture->joinable)
-		return;
+	if (!capture->thread.joinable)
+		return true;
 	atomic_store(&capture->stopping, true);
-	pthread_join(capture->thread, NULL);
-	capture->joinable = false;
+	if (!realtime_thread_join(&capture->thread))
+		return false;
 	capture->device.driver->stop(capture->device.camera);
+	return true;
 }
 
 void capture_request_preview(struct capture *capture)

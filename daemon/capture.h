@@ -4,12 +4,12 @@
  */
 #pragma once
 
-#include <pthread.h>
 #include <stdatomic.h>
 
 #include "base/clock.h"
 #include "base/ring.h"
 #include "config/config.h"
+#include "daemon/realtime.h"
 #include "drivers/open_cameras.h"
 #include "track/blobs.h"
 
@@ -60,9 +60,7 @@ struct capture {
 	int control_wake_fd;                 /* eventfd, borrowed */
 
 	/* control thread */
-	pthread_t thread;
-	bool joinable;
-	bool fifo_granted;
+	struct realtime_thread thread;
 	bool damage_told; /* logged once; the counters tell how much */
 
 	/* capture thread */
@@ -86,8 +84,9 @@ void capture_finish(struct capture *capture); /* closes the device; a zeroed cap
 /* Starts the device and the thread. Returns 0 or a negative errno with a message. */
 int capture_start(struct capture *capture, struct diag *diag);
 
-/* Ends the thread, also one that ended by itself, and stops the device. */
-void capture_stop(struct capture *capture);
+/* Ends the thread, also one that ended by itself, and stops the device. False when the thread hangs
+ * in its driver: then the camera stays as it is, and may be neither finished nor started. */
+bool capture_stop(struct capture *capture);
 
 /* Asks for one frame; preview.state becomes PREVIEW_READY and control_wake_fd is written. */
 void capture_request_preview(struct capture *capture);

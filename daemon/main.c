@@ -13,6 +13,7 @@
 #include <sys/stat.h>
 #include <systemd/sd-daemon.h>
 #include <systemd/sd-event.h>
+#include <unistd.h>
 
 #include "base/clock_virtual.h"
 #include "base/exit_codes.h"
@@ -20,6 +21,7 @@
 #include "daemon/control.h"
 #include "daemon/server.h"
 #include "daemon/station.h"
+#include "daemon/watchdog.h"
 
 struct program {
 	const char *config_path;
@@ -30,6 +32,7 @@ struct program {
 	sd_event *event;
 	struct clock_alarm tick;
 	int64_t tick_ns; /* when the next tick is due */
+	struct watchdog watchdog;
 	struct server *server;
 	struct control *control;
 };
@@ -199,6 +202,8 @@ static int watch_events(struct program *program)
 		err = sd_event_add_signal(program->event, NULL, SIGTERM, NULL, NULL);
 	if (err >= 0)
 		err = sd_event_add_signal(program->event, NULL, SIGINT, NULL, NULL);
+	if (err >= 0)
+		err = watchdog_start(&program->watchdog, program->event, &program->station);
 	return err;
 }
 
@@ -241,6 +246,7 @@ static void finish(struct program *program)
 	control_destroy(program->control);
 	server_destroy(program->server);
 	station_finish(&program->station);
+	watchdog_stop(&program->watchdog);
 	sd_event_unref(program->event);
 	clock_alarm_close(&program->tick);
 }
@@ -263,5 +269,9 @@ int main(int argc, char **argv)
 	diag_print(&diag, stderr);
 	diag_finish(&diag);
 	finish(&program);
+	if (program.station.hung) {
+		log_error("a thread hangs: leaving without it; strobes are dark");
+		_exit(EXIT_CODE_DEVICE);
+	}
 	return code;
 }

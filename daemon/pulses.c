@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/clock_virtual.h"
-#include "daemon/realtime.h"
 #include "drivers/trigger_plan.h"
 
 #define NEXT_TIMEOUT_NS (100 * NS_PER_MS)
@@ -26,16 +25,16 @@ static void queue_edge(struct pulses *pulses, const struct edge *edge)
 	clock_semaphore_post(pulses->solver_wake);
 }
 
-static void *run_pulses(void *argument)
+static void run_pulses(void *argument)
 {
 	struct pulses *pulses = argument;
 	int err = 0;
 
-	clock_thread_begin();
 	while (!atomic_load_explicit(&pulses->stopping, memory_order_relaxed) &&
 	       (err == 0 || err == -ETIMEDOUT)) {
 		struct edge edge;
 
+		heartbeat_beat(&pulses->thread.heartbeat);
 		err = pulses->driver->next(pulses->trigger, NEXT_TIMEOUT_NS, &edge);
 		if (err == 0)
 			queue_edge(pulses, &edge);
@@ -43,8 +42,6 @@ static void *run_pulses(void *argument)
 	if (err && err != -ETIMEDOUT)
 		atomic_store(&pulses->lost, true);
 	clock_semaphore_post(pulses->solver_wake);
-	clock_thread_end();
-	return NULL;
 }
 
 int pulses_open(struct pulses *pulses, const char *address, const struct trigger_plan *plan,
@@ -79,7 +76,6 @@ void pulses_close(struct pulses *pulses)
 
 int pulses_start(struct pulses *pulses, struct diag *diag)
 {
-	bool granted;
 	int err = pulses->driver->arm(pulses->trigger, &pulses->plan, diag);
 
 	if (err)
@@ -88,26 +84,27 @@ int pulses_start(struct pulses *pulses, struct diag *diag)
 	atomic_store(&pulses->stopping, false);
 	if (!pulses->driver->reports_edges)
 		return 0;
-	err = realtime_thread_start(&pulses->thread, "trigger", PRIORITY_TRIGGER, run_pulses,
-				    pulses, &granted);
+	pulses->thread.name = "trigger";
+	pulses->thread.run = run_pulses;
+	pulses->thread.argument = pulses;
+	err = realtime_thread_start(&pulses->thread, PRIORITY_TRIGGER);
 	if (err) {
 		diag_add(diag, "trigger: cannot start its thread: %s", strerror(-err));
 		pulses_stop(pulses);
 		return err;
 	}
-	pulses->joinable = true;
 	return 0;
 }
 
-void pulses_stop(struct pulses *pulses)
+bool pulses_stop(struct pulses *pulses)
 {
 	atomic_store(&pulses->stopping, true);
-	if (pulses->joinable)
-		pthread_join(pulses->thread, NULL);
-	pulses->joinable = false;
+	bool ended = realtime_thread_join(&pulses->thread);
+
 	if (pulses->armed)
-		pulses->driver->disarm(pulses->trigger);
+		pulses->driver->disarm(pulses->trigger); /* dark, even if the thread hangs */
 	pulses->armed = false;
+	return ended;
 }
 
 struct front pulses_front(struct pulses *pulses, const struct edge **edge)

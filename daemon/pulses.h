@@ -4,11 +4,11 @@
  */
 #pragma once
 
-#include <pthread.h>
 #include <stdatomic.h>
 
 #include "base/clock.h"
 #include "base/ring.h"
+#include "daemon/realtime.h"
 #include "drivers/trigger.h"
 #include "track/sync.h"
 
@@ -20,8 +20,8 @@ struct pulses {
 	struct clock_semaphore *solver_wake; /* borrowed */
 
 	/* control thread */
-	pthread_t thread;
-	bool armed, joinable;
+	struct realtime_thread thread;
+	bool armed;
 
 	struct ring edges; /* of struct edge, trigger thread to solver */
 	_Atomic bool stopping;
@@ -39,7 +39,10 @@ void pulses_close(struct pulses *pulses); /* a zeroed struct is fine */
 
 /* Arms the trigger, once the cameras are started. */
 int pulses_start(struct pulses *pulses, struct diag *diag);
-void pulses_stop(struct pulses *pulses); /* all lines dark when it returns */
+
+/* All lines are dark when it returns. False when the thread hangs in its driver: then the trigger
+ * may be neither closed nor started. */
+bool pulses_stop(struct pulses *pulses);
 
 /* Solver. The oldest edge as a front that asks for its mid-exposure; `*edge` is NULL without one.
  */

@@ -1,5 +1,5 @@
 /*
- * Scheduling and locked memory.
+ * Scheduling, locked memory, and the frame around every real-time thread.
  */
 #include "daemon/realtime.h"
 
@@ -10,21 +10,47 @@
 
 #include "base/clock_virtual.h"
 #include "base/log.h"
+#include "base/realtime.h"
 
 #define STACK_BYTES (512u * 1024u)
+#define STACK_USED_BYTES (384u * 1024u) /* touched at the start; the rest is for the C library */
+#define JOIN_PATIENCE_NS (500 * NS_PER_MS)
 
+/* All there is comes into memory now; what is mapped later, such as the 8 MB stacks of libraries'
+ * threads, when it is touched. */
 bool realtime_lock_memory(void)
 {
-	if (mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0)
+	if (mlockall(MCL_CURRENT) == 0 && mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0)
 		return true;
 	log_warning("memory is not locked (%s): pages may be swapped out while live; set "
 		    "LimitMEMLOCK=infinity in the unit",
 		    strerror(errno));
+	munlockall(); /* half a lock would make later allocations fail at the limit */
 	return false;
 }
 
-static int start_thread(pthread_t *out, int policy, int priority, void *(*run)(void *),
-			void *argument)
+static __attribute__((noinline)) void touch_stack(void)
+{
+	unsigned char stack[STACK_USED_BYTES];
+
+	stack[0] = 0;
+	realtime_touch(stack, sizeof(stack));
+}
+
+static void *run_section(void *argument)
+{
+	struct realtime_thread *thread = argument;
+
+	touch_stack();
+	clock_thread_begin();
+	realtime_enter();
+	thread->run(thread->argument);
+	realtime_leave();
+	clock_thread_end();
+	return NULL;
+}
+
+static int start_thread(struct realtime_thread *thread, int policy, int priority)
 {
 	struct sched_param param = {.sched_priority = priority};
 	pthread_attr_t attributes;
@@ -34,31 +60,46 @@ static int start_thread(pthread_t *out, int policy, int priority, void *(*run)(v
 	pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
 	pthread_attr_setschedpolicy(&attributes, policy);
 	pthread_attr_setschedparam(&attributes, &param);
-	int err = -pthread_create(out, &attributes, run, argument);
+	int err = -pthread_create(&thread->id, &attributes, run_section, thread);
 	pthread_attr_destroy(&attributes);
 	return err;
 }
 
-int realtime_thread_start(pthread_t *out, const char *name, int priority, void *(*run)(void *),
-			  void *argument, bool *granted)
+int realtime_thread_start(struct realtime_thread *thread, int priority)
 {
 	char short_name[16] = {0};
-	bool fifo = !clock_is_virtual(); /* there, nothing is in a hurry */
-	int err = -EPERM;
 
+	if (thread->joinable)
+		return -EBUSY; /* the one before it still hangs */
+	heartbeat_expect(&thread->heartbeat, clock_now_ns());
 	clock_thread_expect();
-	if (fifo)
-		err = start_thread(out, SCHED_FIFO, priority, run, argument);
-	if (err == -EPERM) {
-		fifo = false;
-		err = start_thread(out, SCHED_OTHER, 0, run, argument);
-	}
+	/* in virtual time nothing is in a hurry */
+	int err = clock_is_virtual() ? -EPERM : start_thread(thread, SCHED_FIFO, priority);
+
+	thread->fifo_granted = !err;
+	if (err == -EPERM)
+		err = start_thread(thread, SCHED_OTHER, 0);
 	if (err) {
 		clock_thread_withdraw();
+		heartbeat_forget(&thread->heartbeat);
 		return err;
 	}
-	memcpy(short_name, name, strnlen(name, sizeof(short_name) - 1));
-	pthread_setname_np(*out, short_name);
-	*granted = fifo;
+	thread->joinable = true;
+	memcpy(short_name, thread->name, strnlen(thread->name, sizeof(short_name) - 1));
+	pthread_setname_np(thread->id, short_name);
 	return 0;
+}
+
+bool realtime_thread_join(struct realtime_thread *thread)
+{
+	int64_t until_ns = clock_real_now_ns() + JOIN_PATIENCE_NS;
+	struct timespec until = {.tv_sec = until_ns / NS_PER_S, .tv_nsec = until_ns % NS_PER_S};
+
+	if (!thread->joinable)
+		return true;
+	if (pthread_clockjoin_np(thread->id, NULL, CLOCK_MONOTONIC, &until) != 0)
+		return false;
+	thread->joinable = false;
+	heartbeat_forget(&thread->heartbeat);
+	return true;
 }

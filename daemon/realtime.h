@@ -6,16 +6,35 @@
 #include <pthread.h>
 #include <stdbool.h>
 
+#include "daemon/heartbeat.h"
+
 /* SCHED_FIFO priorities, the order of docs/architecture.md. */
 #define PRIORITY_SOLVER 40
 #define PRIORITY_CAPTURE 50
 #define PRIORITY_TRIGGER 60
 
-/* Keeps what is touched in memory. False, with a log line, when not allowed. Control thread. */
+struct realtime_thread {
+	/* set before the thread starts */
+	const char *name; /* borrowed; at most 15 characters show */
+	void (*run)(void *argument);
+	void *argument;
+	/* control thread */
+	pthread_t id;
+	bool joinable;
+	bool fifo_granted;
+	bool stall_told; /* logged once */
+	struct heartbeat heartbeat;
+};
+
+/* Brings what is mapped into memory, and keeps it and what will be touched there. False, with a log
+ * line, when not allowed. Control thread, as all below. */
 bool realtime_lock_memory(void);
 
-/* Starts a thread with SCHED_FIFO, or with normal scheduling where that is not allowed or time is
- * virtual, and names it (at most 15 characters). It must call clock_thread_begin() first and
- * clock_thread_end() last. `*granted` says which. Returns 0 or a negative errno. */
-int realtime_thread_start(pthread_t *out, const char *name, int priority, void *(*run)(void *),
-			  void *argument, bool *granted);
+/* Starts `run`, all of it one real-time section, with SCHED_FIFO, or with normal scheduling where
+ * that is not allowed or time is virtual. name, run and argument must be set. Returns 0 or a
+ * negative errno. */
+int realtime_thread_start(struct realtime_thread *thread, int priority);
+
+/* Waits for the end of the thread, and at most 0.5 s: it has been told to end. False when it hangs:
+ * then nothing that it uses may be freed. A thread that does not run is fine. */
+bool realtime_thread_join(struct realtime_thread *thread);

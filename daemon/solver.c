@@ -8,7 +8,6 @@
 #include <sys/eventfd.h>
 
 #include "base/clock_virtual.h"
-#include "daemon/realtime.h"
 #include "track/shot.h"
 
 /* A camera that is merely late shows up within a period; only a silent one takes the whole wait. */
@@ -185,19 +184,17 @@ static bool solve_next(struct solver *solver, int64_t *wake_ns)
 	return result == SYNC_SHOT || result == SYNC_STALE;
 }
 
-static void *run_solver(void *argument)
+static void run_solver(void *argument)
 {
 	struct solver *solver = argument;
 
-	clock_thread_begin();
 	while (!atomic_load_explicit(&solver->stopping, memory_order_relaxed)) {
 		int64_t wake_ns;
 
+		heartbeat_beat(&solver->thread.heartbeat);
 		if (!solve_next(solver, &wake_ns))
 			clock_semaphore_wait(&solver->wake, wake_ns);
 	}
-	clock_thread_end();
-	return NULL;
 }
 
 int solver_init(struct solver *solver, const struct stage *stage, struct capture *captures,
@@ -234,21 +231,22 @@ void solver_finish(struct solver *solver)
 
 int solver_start(struct solver *solver, struct diag *diag)
 {
-	int err = realtime_thread_start(&solver->thread, "solver", PRIORITY_SOLVER, run_solver,
-					solver, &solver->fifo_granted);
+	atomic_store(&solver->stopping, false);
+	solver->thread.name = "solver";
+	solver->thread.run = run_solver;
+	solver->thread.argument = solver;
+	int err = realtime_thread_start(&solver->thread, PRIORITY_SOLVER);
 
 	if (err)
 		diag_add(diag, "solver: cannot start its thread: %s", strerror(-err));
-	solver->joinable = !err;
 	return err;
 }
 
-void solver_stop(struct solver *solver)
+bool solver_stop(struct solver *solver)
 {
-	if (!solver->joinable)
-		return;
+	if (!solver->thread.joinable)
+		return true;
 	atomic_store(&solver->stopping, true);
 	clock_semaphore_post(&solver->wake);
-	pthread_join(solver->thread, NULL);
-	solver->joinable = false;
+	return realtime_thread_join(&solver->thread);
 }

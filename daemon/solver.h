@@ -5,7 +5,6 @@
  */
 #pragma once
 
-#include <pthread.h>
 #include <stdatomic.h>
 
 #include "base/clock.h"
@@ -13,6 +12,7 @@
 #include "config/stage.h"
 #include "daemon/capture.h"
 #include "daemon/pulses.h"
+#include "daemon/realtime.h"
 #include "daemon/warm_up.h"
 #include "track/sync.h"
 
@@ -26,9 +26,7 @@ struct solver {
 	struct tracker_scratch *scratch;
 
 	/* control thread */
-	pthread_t thread;
-	bool joinable;
-	bool fifo_granted;
+	struct realtime_thread thread;
 
 	/* solver thread */
 	struct warm_up warm_up;
@@ -53,4 +51,4 @@ int solver_init(struct solver *solver, const struct stage *stage, struct capture
 void solver_finish(struct solver *solver); /* a zeroed solver is fine */
 
 int solver_start(struct solver *solver, struct diag *diag);
-void solver_stop(struct solver *solver);
+bool solver_stop(struct solver *solver); /* false when the thread hangs */

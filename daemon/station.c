@@ -188,14 +188,16 @@ enum exit_code station_start(struct station *station, struct diag *diag)
 void station_stop(struct station *station)
 {
 	clock_rush_begin();
-	pulses_stop(&station->pulses);
+	bool ended = pulses_stop(&station->pulses);
+
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
 		atomic_store(&station->captures[c].stopping, true); /* all at once, then join */
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
-		capture_stop(&station->captures[c]);
-	solver_stop(&station->solver);
+		ended &= capture_stop(&station->captures[c]);
+	ended &= solver_stop(&station->solver);
 	reopen_finish(&station->reopener);
 	clock_rush_end();
+	station->hung |= !ended;
 	station->state = STATION_CONFIGURED;
 }
 
@@ -203,6 +205,8 @@ void station_finish(struct station *station)
 {
 	if (station->state >= STATION_RUNNING)
 		station_stop(station);
+	if (station->hung)
+		return;
 	solver_finish(&station->solver);
 	pulses_close(&station->pulses);
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)

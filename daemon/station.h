@@ -31,6 +31,7 @@ struct station {
 	int wake_fd;       /* eventfd: marker sets or previews are ready, or a camera changed */
 	bool world_open;
 	bool memory_locked;
+	bool hung; /* a thread did not end: nothing may be freed, only the process can go */
 	int64_t started_ns;
 };
 
@@ -42,8 +43,11 @@ enum exit_code station_configure(struct station *station, const char *config_pat
 /* configured -> running. On failure it is configured again. */
 enum exit_code station_start(struct station *station, struct diag *diag);
 
-void station_stop(struct station *station);   /* running or ended -> configured */
-void station_finish(struct station *station); /* -> idle; a zeroed station is fine */
+/* running or ended -> configured. Strobes are dark when it returns, whatever hangs. */
+void station_stop(struct station *station);
+
+/* -> idle; a zeroed station is fine. Of a station that hung it frees nothing. */
+void station_finish(struct station *station);
 
 /* Once a second: statistics, lost cameras, the end of recordings. */
 void station_tick(struct station *station);

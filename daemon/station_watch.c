@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "daemon/program_drivers.h"
 #include "daemon/station.h"
+#include "daemon/watchdog.h"
 #include "drivers/files.h"
 
 static const char *const station_state_names[] = {
@@ -34,10 +35,10 @@ const char *capture_state_name(enum capture_state state)
 
 bool station_is_realtime(const struct station *station)
 {
-	bool realtime = station->solver.fifo_granted;
+	bool realtime = station->solver.thread.fifo_granted;
 
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
-		realtime &= station->captures[c].fifo_granted;
+		realtime &= station->captures[c].thread.fifo_granted;
 	return realtime;
 }
 
@@ -101,8 +102,9 @@ static void watch_camera(struct station *station, uint32_t index)
 	watch_damage(capture);
 	if (state == CAPTURE_RUNNING)
 		return;
-	if (capture->joinable) {
-		capture_stop(capture);
+	if (capture->thread.joinable) {
+		if (!capture_stop(capture))
+			return; /* hangs on its way out: named as such, tried again */
 		if (state == CAPTURE_LOST)
 			log_warning("camera %s: lost; the station runs on without it and looks "
 				    "for it every second",
@@ -132,6 +134,7 @@ void station_tick(struct station *station)
 			  atomic_load(&station->solver.shots), clock_now_ns());
 	if (reopen_poll(&station->reopener))
 		take_back(station);
+	watch_heartbeats(station);
 	for (uint32_t c = 0; c < camera_count; c++)
 		watch_camera(station, c);
 	if (station->state == STATION_RUNNING && all_ended(station)) {

@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "daemon/control_methods.h"
+#include "daemon/watchdog.h"
 #include "sim/world.h"
 
 static void set_count(json_t *object, const char *key, const _Atomic uint64_t *counter)
@@ -45,7 +46,7 @@ static json_t *camera_json(const struct station *station, uint32_t index)
 	set_count(camera, "frames", &capture->counters.frames);
 	set_count(camera, "missing", &capture->counters.missing);
 	set_count(camera, "reopened", &capture->counters.reopened);
-	json_object_set_new(camera, "fifo", json_boolean(capture->fifo_granted));
+	json_object_set_new(camera, "fifo", json_boolean(capture->thread.fifo_granted));
 	return camera;
 }
 
@@ -119,7 +120,7 @@ json_t *station_status_json(const struct control_context *context)
 	const struct control_stats *control = context->stats;
 	int64_t now_ns = clock_now_ns();
 
-	return json_pack(
+	json_t *status = json_pack(
 		"{s:s, s:s, s:f, s:s, s:s, s:s, s:b, s:b, s:o, s:I, s:{s:f, s:f}, s:o, s:o, "
 		"s:{s:I, s:I, s:I}}",
 		"state", station_state_name(station->state), "version", STAGE_VERSION, "uptime_s",
@@ -133,4 +134,6 @@ json_t *station_status_json(const struct control_context *context)
 		cameras_json(station), "stream", stream_json(context->server, now_ns), "control",
 		"accepted", (json_int_t)control->accepted_count, "refused",
 		(json_int_t)control->refused_count, "cut_off", (json_int_t)control->cut_off_count);
+	json_object_set_new(status, "stalled", stalled_json(context->station));
+	return status;
 }

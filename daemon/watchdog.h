@@ -1,0 +1,28 @@
+/*
+ * The real-time threads as one: which of them stand still, and systemd's watchdog, which is kicked
+ * only when all of them moved since the last kick. sd_event_set_watchdog() would kick for the event
+ * loop alone, while a capture thread hangs. Control thread.
+ */
+#pragma once
+
+#include <jansson.h>
+#include <systemd/sd-event.h>
+
+#include "daemon/station.h"
+
+struct watchdog {
+	struct station *station; /* borrowed */
+	uint64_t interval_us;
+	sd_event_source *timer;
+};
+
+/* When systemd asks for it (WATCHDOG_USEC), looks four times per its interval. Returns 0, also when
+ * nobody asks, or a negative errno. */
+int watchdog_start(struct watchdog *watchdog, sd_event *event, struct station *station);
+void watchdog_stop(struct watchdog *watchdog); /* a zeroed one is fine */
+
+/* Once a second: logs which threads stand still and which move again. */
+void watch_heartbeats(struct station *station);
+
+/* "solver: no heartbeat for 2.1 s" for each that stands still. New. */
+json_t *stalled_json(struct station *station);
