@@ -7,24 +7,29 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "sim/hd_render.h"
 #include "sim/render.h"
 #include "sim/scene_parts.h"
 #include "sim/world.h"
 #include "sim/world_parts.h"
 #include "track/observe.h"
 
-#define QUEUE_SHOTS 8 /* what a camera holds for a late station */
+#define QUEUE_FRAMES 8 /* what a camera holds for a late station */
 #define UNCERTAINTY_NS (1 * NS_PER_US)
 #define LATE_NS (2 * NS_PER_MS) /* of the simulator, not of the station */
 
+/* Frame n of an IR camera is shot n, that of an HD camera the n-th of those that HD exposes in. */
 struct sim_device {
 	struct camera base;
 	/* set on the control thread */
 	const struct sim_camera *camera; /* the scene's */
 	uint32_t index;
-	struct sim_renderer *renderer; /* owned */
+	bool is_hd;
+	int64_t period_ns, half_exposure_ns;
+	struct sim_renderer *renderer;       /* owned; NULL for HD */
+	struct sim_hd_renderer *hd_renderer; /* owned; NULL for IR */
 	/* owned by the capture thread */
-	uint64_t next_shot;
+	uint64_t next_frame;
 };
 
 static struct sim_device *device_of(struct camera *camera)
@@ -32,9 +37,23 @@ static struct sim_device *device_of(struct camera *camera)
 	return (struct sim_device *)camera;
 }
 
-static int64_t ready_ns(uint64_t shot)
+static uint64_t shot_of(const struct sim_device *device, uint64_t frame)
 {
-	return sim_world_mid_exposure_ns(shot) + SIM_HALF_EXPOSURE_NS + SIM_READOUT_NS;
+	return device->is_hd ? sim_scene_hd_shot(sim_world_scene(), frame) : frame;
+}
+
+static int64_t mid_exposure_ns(const struct sim_device *device, uint64_t frame)
+{
+	uint64_t shot = shot_of(device, frame);
+
+	return device->is_hd ? sim_world_epoch_ns() +
+				       sim_scene_hd_mid_exposure_ns(sim_world_scene(), shot)
+			     : sim_world_mid_exposure_ns(shot);
+}
+
+static int64_t ready_ns(const struct sim_device *device, uint64_t frame)
+{
+	return mid_exposure_ns(device, frame) + device->half_exposure_ns + SIM_READOUT_NS;
 }
 
 static int sim_list(camera_found_fn *found, void *user, struct diag *diag)
@@ -42,7 +61,7 @@ static int sim_list(camera_found_fn *found, void *user, struct diag *diag)
 	const struct sim_scene *scene = sim_world_scene();
 
 	(void)diag;
-	for (uint32_t c = 0; scene && c < scene->camera_count; c++) {
+	for (uint32_t c = 0; scene && c < scene->camera_count + scene->hd_count; c++) {
 		struct camera_info info;
 
 		snprintf(info.address, sizeof(info.address), "sim:%s", scene->cameras[c].name);
@@ -57,13 +76,13 @@ static int sim_list(camera_found_fn *found, void *user, struct diag *diag)
 static int find_camera(const struct sim_scene *scene, const char *name, uint32_t *index,
 		       struct diag *diag)
 {
-	char names[SIM_CAMERA_MAX * 16] = "";
+	char names[SIM_DEVICE_MAX * 16] = "";
 
 	if (!scene) {
 		diag_add(diag, "sim:%s: no simulated stage is open in this program", name);
 		return -ENODEV;
 	}
-	for (uint32_t c = 0; c < scene->camera_count; c++) {
+	for (uint32_t c = 0; c < scene->camera_count + scene->hd_count; c++) {
 		if (strcmp(scene->cameras[c].name, name) == 0) {
 			*index = c;
 			return 0;
@@ -73,6 +92,12 @@ static int find_camera(const struct sim_scene *scene, const char *name, uint32_t
 	}
 	diag_add(diag, "sim:%s: no such camera: the scene has%s", name, names);
 	return -ENODEV;
+}
+
+static void set_timing(struct sim_device *device, const struct sim_scene *scene)
+{
+	device->period_ns = scene->period_ns * (device->is_hd ? scene->hd_divider : 1);
+	device->half_exposure_ns = device->is_hd ? SIM_HD_HALF_EXPOSURE_NS : SIM_HALF_EXPOSURE_NS;
 }
 
 static int sim_open(struct camera **out, const char *rest, const char *base_dir, struct diag *diag)
@@ -91,7 +116,13 @@ static int sim_open(struct camera **out, const char *rest, const char *base_dir,
 	device->base.driver = &sim_camera_driver;
 	device->camera = &scene->cameras[index];
 	device->index = index;
-	if (sim_renderer_create(&device->renderer, scene, index, SIM_NOISE_FAST) != 0)
+	device->is_hd = index >= scene->camera_count;
+	set_timing(device, scene);
+	if (device->is_hd)
+		err = sim_hd_renderer_create(&device->hd_renderer, scene, index);
+	else
+		err = sim_renderer_create(&device->renderer, scene, index, SIM_NOISE_FAST);
+	if (err)
 		goto fail;
 	*out = &device->base;
 	return 0;
@@ -106,28 +137,40 @@ static void sim_close(struct camera *camera)
 	if (!camera)
 		return;
 	sim_renderer_destroy(device_of(camera)->renderer);
+	sim_hd_renderer_destroy(device_of(camera)->hd_renderer);
 	free(camera);
 }
 
 static int sim_configure(struct camera *camera, const struct camera_mode *wanted,
 			 struct camera_mode *granted, struct diag *diag)
 {
-	const struct sim_camera *model = device_of(camera)->camera;
+	const struct sim_device *device = device_of(camera);
 
 	(void)diag;
-	*granted = (struct camera_mode){.width_px = model->width_px,
-					.height_px = model->height_px,
-					.format = PIXEL_GREY8,
-					.period_ns = sim_scene_period_ns(sim_world_scene()),
-					.exposure_ns = 2 * SIM_HALF_EXPOSURE_NS,
-					.triggered = wanted->triggered};
+	*granted = (struct camera_mode){
+		.width_px = device->camera->width_px,
+		.height_px = device->camera->height_px,
+		.format = device->is_hd ? PIXEL_BAYER_RG8 : PIXEL_GREY8,
+		.period_ns = device->period_ns,
+		.exposure_ns = 2 * device->half_exposure_ns,
+		.triggered = wanted->triggered,
+	};
 	return 0;
 }
 
 static int sim_start(struct camera *camera, struct diag *diag)
 {
+	struct sim_device *device = device_of(camera);
+	const struct sim_scene *scene = sim_world_scene();
+	uint64_t shot = sim_world_shot_after(clock_now_ns());
+
 	(void)diag;
-	device_of(camera)->next_shot = sim_world_shot_after(clock_now_ns());
+	device->next_frame = shot;
+	if (device->is_hd)
+		device->next_frame = shot <= scene->hd_phase
+					     ? 0
+					     : (shot - scene->hd_phase + scene->hd_divider - 1) /
+						       scene->hd_divider;
 	return 0;
 }
 
@@ -136,14 +179,34 @@ static void sim_stop(struct camera *camera)
 	(void)camera;
 }
 
-/* Moves past the shots that a camera with QUEUE_SHOTS places has had to drop by now. */
+/* Moves past the frames that a camera with QUEUE_FRAMES places has had to drop by now. */
 static void drop_oldest(struct sim_device *device, int64_t now_ns)
 {
-	int64_t age_ns = now_ns - ready_ns(device->next_shot);
-	int64_t ready_count = age_ns / sim_scene_period_ns(sim_world_scene()) + 1;
+	int64_t age_ns = now_ns - ready_ns(device, device->next_frame);
+	int64_t ready_count = age_ns / device->period_ns + 1;
 
-	if (age_ns > 0 && ready_count > QUEUE_SHOTS)
-		device->next_shot += (uint64_t)(ready_count - QUEUE_SHOTS);
+	if (age_ns > 0 && ready_count > QUEUE_FRAMES)
+		device->next_frame += (uint64_t)(ready_count - QUEUE_FRAMES);
+}
+
+static void render(struct sim_device *device, uint64_t frame, struct frame *out)
+{
+	uint64_t shot = shot_of(device, frame);
+	int width_px, height_px;
+	const uint8_t *pixels =
+		device->is_hd ? sim_hd_render(device->hd_renderer, shot, &width_px, &height_px)
+			      : sim_render(device->renderer, shot, &width_px, &height_px);
+
+	*out = (struct frame){.pixels = pixels,
+			      .width_px = width_px,
+			      .height_px = height_px,
+			      .stride_bytes = width_px,
+			      .format = device->is_hd ? PIXEL_BAYER_RG8 : PIXEL_GREY8,
+			      .shot = SHOT_UNKNOWN,
+			      .device_seq = frame,
+			      .mid_exposure_ns = mid_exposure_ns(device, frame),
+			      .uncertainty_ns = UNCERTAINTY_NS,
+			      .arrival_ns = clock_now_ns()};
 }
 
 static int sim_acquire(struct camera *camera, int64_t timeout_ns, struct frame *out)
@@ -152,28 +215,16 @@ static int sim_acquire(struct camera *camera, int64_t timeout_ns, struct frame *
 	int64_t asked_ns = clock_now_ns();
 
 	drop_oldest(device, asked_ns);
-	uint64_t shot = device->next_shot;
-	int64_t due_ns = ready_ns(shot) > asked_ns ? ready_ns(shot) : asked_ns;
-	int width_px, height_px;
+	uint64_t frame = device->next_frame;
+	int64_t due_ns = ready_ns(device, frame) > asked_ns ? ready_ns(device, frame) : asked_ns;
 
 	if (due_ns - asked_ns > timeout_ns) {
 		clock_sleep_until(asked_ns + timeout_ns);
 		return -ETIMEDOUT;
 	}
 	clock_sleep_until(due_ns);
-	device->next_shot = shot + 1;
-	const uint8_t *pixels = sim_render(device->renderer, shot, &width_px, &height_px);
-
-	*out = (struct frame){.pixels = pixels,
-			      .width_px = width_px,
-			      .height_px = height_px,
-			      .stride_bytes = width_px,
-			      .format = PIXEL_GREY8,
-			      .shot = SHOT_UNKNOWN,
-			      .device_seq = shot,
-			      .mid_exposure_ns = sim_world_mid_exposure_ns(shot),
-			      .uncertainty_ns = UNCERTAINTY_NS,
-			      .arrival_ns = clock_now_ns()};
+	device->next_frame = frame + 1;
+	render(device, frame, out);
 	if (out->arrival_ns - due_ns > LATE_NS)
 		sim_world_count_late(device->index);
 	return 0;

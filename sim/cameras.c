@@ -35,9 +35,9 @@ static struct pose look_at(struct vec3 centre, struct vec3 aim, double roll_rad)
 	return rt_cam_stage;
 }
 
-static void set_lens(struct sim_camera *camera, struct rng *rng)
+static void set_lens(struct sim_camera *camera, double nominal_focal_px, struct rng *rng)
 {
-	double focal_px = 1600 + spread(rng, 80);
+	double focal_px = nominal_focal_px * (1 + spread(rng, 0.05));
 	double values[SIM_INTRINSICS] = {
 		focal_px,
 		focal_px * (1.0 + spread(rng, 0.001)),
@@ -54,6 +54,13 @@ static void set_lens(struct sim_camera *camera, struct rng *rng)
 	};
 
 	memcpy(camera->intrinsics, values, sizeof(values));
+}
+
+static void stand_camera(struct sim_camera *camera, double azimuth, double away_m, double rise_m)
+{
+	camera->centre_stage_m =
+		(struct vec3){-away_m * sin(azimuth), away_m * cos(azimuth), AIM_M.z + rise_m};
+	camera->range_m = vec3_distance(camera->centre_stage_m, AIM_M);
 }
 
 void sim_cameras_init(struct sim_camera *cameras, uint32_t count, uint64_t seed)
@@ -75,11 +82,30 @@ void sim_cameras_init(struct sim_camera *cameras, uint32_t count, uint64_t seed)
 		snprintf(camera->name, sizeof(camera->name), "ir%u", c);
 		camera->width_px = 1280;
 		camera->height_px = 1024;
-		camera->centre_stage_m = (struct vec3){-away_m * sin(azimuth),
-						       away_m * cos(azimuth), AIM_M.z + rise_m};
-		camera->range_m = vec3_distance(camera->centre_stage_m, AIM_M);
+		stand_camera(camera, azimuth, away_m, rise_m);
 		camera->rt_cam_stage = look_at(camera->centre_stage_m, aim, spread(&rng, 4 * RAD));
-		set_lens(camera, &rng);
+		set_lens(camera, 1600, &rng);
+	}
+}
+
+void sim_hd_cameras_init(struct sim_camera *cameras, uint32_t count, uint64_t seed)
+{
+	static const double azimuth_deg[SIM_HD_MAX] = {0, -32, 32};
+	struct rng rng;
+
+	rng_init(&rng, seed, 4);
+	for (uint32_t c = 0; c < count; c++) {
+		struct sim_camera *camera = &cameras[c];
+		double azimuth = RAD * (azimuth_deg[c] + spread(&rng, 2));
+
+		memset(camera, 0, sizeof(*camera));
+		snprintf(camera->name, sizeof(camera->name), "hd%u", c);
+		camera->width_px = 1920;
+		camera->height_px = 1080;
+		stand_camera(camera, azimuth, 1.35 + spread(&rng, 0.05), spread(&rng, 0.03));
+		camera->rt_cam_stage =
+			look_at(camera->centre_stage_m, AIM_M, spread(&rng, 1 * RAD));
+		set_lens(camera, 2300, &rng);
 	}
 }
 

@@ -8,13 +8,13 @@
 #include <string.h>
 
 #include "sim/canvas.h"
+#include "sim/marker_spot.h"
 #include "sim/scene_parts.h"
 #include "sim/spot.h"
 
 #define STRIP_FRAMES 8
 #define HOT_PIXELS 4
 #define PEAK_GREY 175.0 /* a nominal face marker, facing the camera at its range */
-#define NOMINAL_RADIUS_M 0.75e-3
 
 struct hot_pixel {
 	int x, y;
@@ -36,10 +36,9 @@ struct sim_renderer {
 static void set_camera(struct sim_renderer *renderer, struct rng *rng)
 {
 	const struct sim_camera *camera = &renderer->scene->cameras[renderer->camera];
-	double radius_px = NOMINAL_RADIUS_M * camera->intrinsics[0] / camera->range_m;
 
 	blur_init(&renderer->blur, 0.8 + 0.2 * rng_uniform(rng));
-	renderer->brightness = PEAK_GREY / spot_peak_fraction(radius_px, renderer->blur.sigma_px);
+	renderer->brightness = marker_brightness(camera, PEAK_GREY, renderer->blur.sigma_px);
 	for (int i = 0; i < HOT_PIXELS; i++) {
 		renderer->hot[i].x = (int)(rng_uniform(rng) * camera->width_px);
 		renderer->hot[i].y = (int)(rng_uniform(rng) * camera->height_px);
@@ -78,46 +77,6 @@ void sim_renderer_destroy(struct sim_renderer *renderer)
 	free(renderer);
 }
 
-/* Two unit vectors in the disc's plane. */
-static void disc_axes(struct vec3 normal, struct vec3 axes[2])
-{
-	struct vec3 helper = fabs(normal.x) < 0.6 ? (struct vec3){1, 0, 0} : (struct vec3){0, 1, 0};
-
-	axes[0] = vec3_unit(vec3_cross(normal, helper));
-	axes[1] = vec3_cross(normal, axes[0]);
-}
-
-/* A retroreflector dims towards grazing angles, beyond what its narrower outline takes. */
-static double angle_gain(double facing)
-{
-	double u = fmin(fmax((facing - 0.2) / 0.44, 0.0), 1.0);
-
-	return 0.6 + 0.4 * u * u * (3.0 - 2.0 * u);
-}
-
-static struct spot make_spot(const struct sim_renderer *renderer, uint32_t m, const double pixel[2],
-			     double facing)
-{
-	const struct sim_camera *camera = &renderer->scene->cameras[renderer->camera];
-	const struct face *face = &renderer->scene->face;
-	struct vec3 p = renderer->truth.markers[m].p_stage_m, axes[2];
-	double radius_m = 0.5 * face->layout.markers[m].diameter_m;
-	double nearness = camera->range_m / vec3_distance(camera->centre_stage_m, p);
-	struct spot spot = {.centre_px = {pixel[0], pixel[1]},
-			    .brightness = renderer->brightness * face->markers[m].reflectivity *
-					  angle_gain(facing) * nearness * nearness};
-
-	disc_axes(renderer->truth.markers[m].normal_stage, axes);
-	for (int k = 0; k < 2; k++) {
-		double rim[2] = {pixel[0], pixel[1]};
-
-		sim_camera_project(camera, vec3_add(p, vec3_scale(axes[k], radius_m)), rim);
-		spot.axes_px[0][k] = rim[0] - pixel[0];
-		spot.axes_px[1][k] = rim[1] - pixel[1];
-	}
-	return spot;
-}
-
 static void add_spots(struct sim_renderer *renderer)
 {
 	struct canvas *canvas = &renderer->canvas;
@@ -127,7 +86,8 @@ static void add_spots(struct sim_renderer *renderer)
 		if (!scene_camera_sees(renderer->scene, &renderer->truth, renderer->camera, m,
 				       pixel, &facing))
 			continue;
-		struct spot spot = make_spot(renderer, m, pixel, facing);
+		struct spot spot = marker_spot(renderer->scene, &renderer->truth, renderer->camera,
+					       m, pixel, facing, renderer->brightness);
 		struct pixel_window window =
 			spot_window(&spot, &renderer->blur, canvas->width_px, canvas->height_px);
 		float *light = canvas_add_window(canvas, window);

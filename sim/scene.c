@@ -13,6 +13,7 @@
 #define DEFAULT_SCENE "talking"
 #define DEFAULT_RATE_HZ 120.0
 #define DEFAULT_CAMERA_COUNT 4
+#define DEFAULT_HD_DIVIDER 4
 #define FACING_MIN 0.20    /* cosine; a flat disc shines back up to about 78 degrees */
 #define STAND_OFF_M 0.5e-3 /* a disc lies on the skin, not in it */
 
@@ -22,6 +23,11 @@ static int check_options(const struct sim_options *options, struct diag *diag)
 	    (options->camera_count < SIM_CAMERA_MIN || options->camera_count > SIM_CAMERA_MAX)) {
 		diag_add(diag, "sim: %u cameras: a scene has %d to %d", options->camera_count,
 			 SIM_CAMERA_MIN, SIM_CAMERA_MAX);
+		return -EINVAL;
+	}
+	if (options->hd_camera_count > SIM_HD_MAX) {
+		diag_add(diag, "sim: %u HD cameras: a scene has up to %d", options->hd_camera_count,
+			 SIM_HD_MAX);
 		return -EINVAL;
 	}
 	if (!(options->rate_hz == 0 || (options->rate_hz >= 1 && options->rate_hz <= 1000))) {
@@ -53,8 +59,13 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	scene->rate_hz = rate_hz;
 	scene->period_ns = llround((double)NS_PER_S / rate_hz);
 	scene->camera_count = options->camera_count ? options->camera_count : DEFAULT_CAMERA_COUNT;
+	scene->hd_count = options->hd_camera_count;
+	scene->hd_divider = options->hd_divider ? options->hd_divider : DEFAULT_HD_DIVIDER;
+	scene->hd_phase = options->hd_phase % scene->hd_divider;
+	scene->hd_after_ir_ns = options->hd_after_ir_ns;
 	face_init(&scene->face, options->seed);
 	sim_cameras_init(scene->cameras, scene->camera_count, options->seed);
+	sim_hd_cameras_init(scene->cameras + scene->camera_count, scene->hd_count, options->seed);
 	*out = scene;
 	return 0;
 }
@@ -124,6 +135,11 @@ uint32_t sim_scene_camera_count(const struct sim_scene *scene)
 	return scene->camera_count;
 }
 
+uint32_t sim_scene_hd_count(const struct sim_scene *scene)
+{
+	return scene->hd_count;
+}
+
 const char *sim_scene_camera_name(const struct sim_scene *scene, uint32_t camera)
 {
 	return scene->cameras[camera].name;
@@ -142,4 +158,14 @@ int64_t sim_scene_mid_exposure_ns(const struct sim_scene *scene, uint64_t shot)
 int64_t sim_scene_period_ns(const struct sim_scene *scene)
 {
 	return scene->period_ns;
+}
+
+uint64_t sim_scene_hd_shot(const struct sim_scene *scene, uint64_t k)
+{
+	return k * scene->hd_divider + scene->hd_phase;
+}
+
+int64_t sim_scene_hd_mid_exposure_ns(const struct sim_scene *scene, uint64_t shot)
+{
+	return sim_scene_mid_exposure_ns(scene, shot) + scene->hd_after_ir_ns;
 }

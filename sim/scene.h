@@ -17,9 +17,18 @@ struct sim_scene; /* immutable once made: any thread may read it */
 struct sim_options {
 	const char *scene; /* "rest" (face and head still), "talking" (the default), "turning" */
 	uint64_t seed;     /* of face shape, motion and noise */
-	uint32_t camera_count; /* 0 = the scene's own; 4 to 8 */
+	uint32_t camera_count; /* of IR cameras; 0 = the scene's own; 4 to 8 */
 	double rate_hz;        /* 0 = the scene's own, 120 */
+	/* HD cameras expose in shots k with k % hd_divider == hd_phase, hd_after_ir_ns after the
+	 * IR cameras (from mid-exposure to mid-exposure). */
+	uint32_t hd_camera_count; /* 0 to 3 */
+	uint32_t hd_divider;      /* 0 = 4 */
+	uint32_t hd_phase;
+	int64_t hd_after_ir_ns;
 };
+
+/* What the default trigger plan of a config makes hd_after_ir_ns. */
+#define SIM_HD_AFTER_IR_NS INT64_C(1875000)
 
 /* Returns 0, -EINVAL with a message in `diag`, or -ENOMEM. */
 int sim_scene_create(struct sim_scene **out, const struct sim_options *options, struct diag *diag);
@@ -28,7 +37,7 @@ void sim_scene_destroy(struct sim_scene *scene); /* accepts NULL */
 struct sim_truth_marker {
 	struct vec3 p_stage_m; /* centre of the flat reflective disc on the skin */
 	struct vec3 normal_stage;
-	uint32_t visible_mask; /* bit c: camera c sees it unobstructed */
+	uint32_t visible_mask; /* bit c: IR camera c sees it unobstructed */
 };
 
 struct sim_truth {
@@ -41,7 +50,10 @@ struct sim_truth {
 /* The truth at scene time `time_s` >= 0. Any thread; does not allocate. */
 void sim_scene_truth(const struct sim_scene *scene, double time_s, struct sim_truth *out);
 
-uint32_t sim_scene_camera_count(const struct sim_scene *scene);
+uint32_t sim_scene_camera_count(const struct sim_scene *scene); /* of IR cameras */
+uint32_t sim_scene_hd_count(const struct sim_scene *scene);
+
+/* HD cameras are numbered behind the IR ones. */
 const char *sim_scene_camera_name(const struct sim_scene *scene, uint32_t camera);
 const struct layout *sim_scene_layout(const struct sim_scene *scene);
 
@@ -49,11 +61,15 @@ const struct layout *sim_scene_layout(const struct sim_scene *scene);
 int64_t sim_scene_mid_exposure_ns(const struct sim_scene *scene, uint64_t shot);
 int64_t sim_scene_period_ns(const struct sim_scene *scene);
 
+/* HD frame k is exposed in shot hd_divider * k + hd_phase, at this time. */
+uint64_t sim_scene_hd_shot(const struct sim_scene *scene, uint64_t k);
+int64_t sim_scene_hd_mid_exposure_ns(const struct sim_scene *scene, uint64_t shot);
+
 /*
  * Writes what a station needs to look at this scene: DIR/rig/NAME.cameramodel, DIR/layout.yaml and
- * DIR/stage.yaml, whose cameras have the addresses given (one per camera) and whose trigger and
- * extra top-level YAML lines are as given (NULL = none). No truth goes in. Returns 0 or a negative
- * errno with a message.
+ * DIR/stage.yaml, whose cameras have the addresses given (one per camera, HD last) and whose
+ * trigger and extra top-level YAML lines are as given (NULL = none). No truth goes in. Returns 0 or
+ * a negative errno with a message.
  */
 int sim_scene_write_stage(const struct sim_scene *scene, const char *dir,
 			  const char *const *addresses, const char *extra_yaml, struct diag *diag);

@@ -14,8 +14,11 @@ struct sim_scene {
 	int64_t period_ns;
 	struct face face;
 	struct motion motion;
-	uint32_t camera_count;
-	struct sim_camera cameras[SIM_CAMERA_MAX];
+	uint32_t camera_count; /* IR */
+	uint32_t hd_count;
+	uint32_t hd_divider, hd_phase;
+	int64_t hd_after_ir_ns;
+	struct sim_camera cameras[SIM_DEVICE_MAX]; /* the IR ones, then the HD ones */
 };
 
 /* The truth without visible_mask, which stays 0: a renderer asks for its own camera alone. */

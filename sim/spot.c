@@ -31,7 +31,7 @@ static float cumulative(const struct blur *blur, float x_sigma)
 {
 	float place = (x_sigma + (float)TABLE_END) * (float)blur->inverse_step;
 
-	place = fminf(fmaxf(place, 0), TABLE_COUNT - 1.001f);
+	place = place < 0 ? 0 : place > TABLE_COUNT - 1.001f ? TABLE_COUNT - 1.001f : place;
 	int cell = (int)place;
 	float fraction = place - (float)cell;
 

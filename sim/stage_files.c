@@ -47,9 +47,9 @@ static void print_config(FILE *file, const struct sim_scene *scene, const char *
 		fprintf(file, "%s%s", extra_yaml,
 			*extra_yaml && extra_yaml[strlen(extra_yaml) - 1] == '\n' ? "" : "\n");
 	fprintf(file, "cameras:\n");
-	for (uint32_t c = 0; c < scene->camera_count; c++)
-		fprintf(file, "- {name: %s, address: \"%s\", role: ir}\n", scene->cameras[c].name,
-			addresses[c]);
+	for (uint32_t c = 0; c < scene->camera_count + scene->hd_count; c++)
+		fprintf(file, "- {name: %s, address: \"%s\", role: %s}\n", scene->cameras[c].name,
+			addresses[c], c < scene->camera_count ? "ir" : "hd");
 }
 
 /* Addresses NULL: the layout, else the configuration. */
@@ -85,7 +85,7 @@ static int write_rig(const struct sim_scene *scene, const char *dir, struct diag
 
 	if (!err)
 		err = make_dir(path, diag);
-	for (uint32_t c = 0; !err && c < scene->camera_count; c++) {
+	for (uint32_t c = 0; !err && c < scene->camera_count + scene->hd_count; c++) {
 		snprintf(name, sizeof(name), "rig/%s.cameramodel", scene->cameras[c].name);
 		err = path_join(path, dir, name, diag);
 		if (!err)

@@ -17,7 +17,7 @@ static struct {
 	struct sim_scene *scene; /* owned; NULL while closed */
 	int64_t epoch_ns;
 	/* atomic, any thread */
-	_Atomic uint64_t late_count[SIM_CAMERA_MAX];
+	_Atomic uint64_t late_count[SIM_DEVICE_MAX];
 } world;
 
 int sim_world_open(const struct sim_options *options, int64_t epoch_ns, struct diag *diag)
@@ -31,7 +31,7 @@ int sim_world_open(const struct sim_options *options, int64_t epoch_ns, struct d
 	if (err)
 		return err;
 	world.epoch_ns = epoch_ns ? epoch_ns : clock_now_ns() + EPOCH_AHEAD_NS;
-	for (int c = 0; c < SIM_CAMERA_MAX; c++)
+	for (int c = 0; c < SIM_DEVICE_MAX; c++)
 		atomic_store(&world.late_count[c], 0);
 	return 0;
 }
@@ -54,7 +54,7 @@ int64_t sim_world_epoch_ns(void)
 
 uint64_t sim_world_late_count(uint32_t camera)
 {
-	return camera < SIM_CAMERA_MAX ? atomic_load(&world.late_count[camera]) : 0;
+	return camera < SIM_DEVICE_MAX ? atomic_load(&world.late_count[camera]) : 0;
 }
 
 void sim_world_count_late(uint32_t camera)

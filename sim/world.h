@@ -25,8 +25,9 @@ int64_t sim_world_epoch_ns(void);
  * world was opened. Any thread. */
 uint64_t sim_world_late_count(uint32_t camera);
 
-/* Cameras `sim:NAME`. A shot can be acquired from the end of its exposure plus a fixed read-out
- * time; the camera holds the latest 8 and drops older ones, which shows as a gap in device_seq. */
+/* Cameras `sim:NAME`, IR and HD. A frame can be acquired from the end of its exposure plus a fixed
+ * read-out time; the camera holds the latest 8 and drops older ones, which shows as a gap in
+ * device_seq. An HD camera's device_seq counts its own frames. */
 extern const struct camera_driver sim_camera_driver;
 
 /* Trigger `sim`: reports the edge that makes each shot's mid-exposure fall, by the armed plan, on

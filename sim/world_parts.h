@@ -7,6 +7,7 @@
 
 /* How long after mid-exposure a shot's last pixel is in memory. */
 #define SIM_HALF_EXPOSURE_NS (250 * NS_PER_US)
+#define SIM_HD_HALF_EXPOSURE_NS (2 * NS_PER_MS)
 #define SIM_READOUT_NS (1000 * NS_PER_US)
 
 /* Any thread. */
