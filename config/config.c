@@ -168,7 +168,7 @@ static void read_camera(struct yaml *yaml, const struct yaml_value *value, struc
 	if (*camera.address)
 		check_address(yaml, &camera, places[CAMERA_ADDRESS], part);
 	check_doubled(yaml, config, &camera, places, value->field);
-	camera.wanted.format = camera.role == ROLE_HD ? PIXEL_RGB8 : PIXEL_GREY8;
+	camera.wanted.format = camera.role == ROLE_HD ? PIXEL_BAYER_RG8 : PIXEL_GREY8;
 	config->cameras[config->camera_count++] = camera;
 }
 

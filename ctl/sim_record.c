@@ -33,7 +33,7 @@ static void report(const char *dir, bool json)
 int verb_sim_record(const struct verb *verb, int argc, char **argv)
 {
 	const char *dir, *scene = "talking";
-	uint64_t seed = 1, cameras = 0;
+	uint64_t seed = 1, cameras = 0, hd = 0;
 	double seconds = 2, rate_hz = 0;
 	bool json = false;
 	struct diag diag = {0};
@@ -41,7 +41,9 @@ int verb_sim_record(const struct verb *verb, int argc, char **argv)
 		{"seconds", "S", "how long (default 2)", .number = &seconds},
 		{"scene", "NAME", "rest, talking or turning (default talking)", .text = &scene},
 		{"seed", "N", "of face, motion and noise (default 1)", .count = &seed},
-		{"cameras", "N", "how many (default: the scene's own)", .count = &cameras},
+		{"cameras", "N", "how many IR cameras (default: the scene's own)",
+		 .count = &cameras},
+		{"hd", "N", "HD cameras beside them, 0 to 3 (default 0)", .count = &hd},
 		{"rate", "HZ", "shots per second (default: the scene's own)", .number = &rate_hz},
 		{"json", NULL, "print one JSON object", .flag = &json},
 		{0},
@@ -50,11 +52,13 @@ int verb_sim_record(const struct verb *verb, int argc, char **argv)
 
 	if (parsed != ARGUMENTS_OK)
 		return arguments_exit_code(parsed);
-	struct sim_options options = {.scene = scene,
-				      .seed = seed,
-				      .camera_count =
-					      cameras > CAMERA_MAX ? UINT32_MAX : (uint32_t)cameras,
-				      .rate_hz = rate_hz};
+	struct sim_options options = {
+		.scene = scene,
+		.seed = seed,
+		.camera_count = cameras > CAMERA_MAX ? UINT32_MAX : (uint32_t)cameras,
+		.rate_hz = rate_hz,
+		.hd_camera_count = hd > CAMERA_MAX ? UINT32_MAX : (uint32_t)hd,
+		.hd_after_ir_ns = SIM_HD_AFTER_IR_NS};
 	int err = sim_record(&options, dir, seconds, isatty(STDERR_FILENO) ? progress : NULL, NULL,
 			     &diag);
 	diag_print(&diag, stderr);

@@ -33,8 +33,11 @@ static int read_next(struct files_camera *camera)
 
 	if (!err && camera->format == PIXEL_GREY8)
 		image_make_grey(&camera->image);
-	if (!err && camera->format == PIXEL_RGB8 && camera->image.channels != 3) {
-		snprintf(problem, sizeof(problem), "is grey, the first image is RGB");
+	bool is_rgb = camera->image.channels == 3;
+
+	if (!err && is_rgb != (camera->format == PIXEL_RGB8)) {
+		snprintf(problem, sizeof(problem), "is %s, the first image is %s",
+			 is_rgb ? "RGB" : "grey", is_rgb ? "grey" : "RGB");
 		err = -EBADMSG;
 	}
 	if (err)

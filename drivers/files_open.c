@@ -146,7 +146,18 @@ static int open_unpaced(struct camera **out, const char *rest, const char *base_
 	return open_with(&files_camera_driver_unpaced, out, rest, base_dir, diag);
 }
 
-/* Size and time are the recording's; RGB can be had as it is or as grey. */
+/* RGB can be had as it is or as grey. Grey files are a Bayer mosaic when one is asked for: nothing
+ * in them says which they are. */
+static enum pixel_format granted_format(enum pixel_format wanted, int channels)
+{
+	if (wanted == PIXEL_GREY8)
+		return PIXEL_GREY8;
+	if (channels == 3)
+		return PIXEL_RGB8;
+	return wanted == PIXEL_BAYER_RG8 ? PIXEL_BAYER_RG8 : PIXEL_GREY8;
+}
+
+/* Size and time are the recording's. */
 static int files_configure(struct camera *base, const struct camera_mode *wanted,
 			   struct camera_mode *granted, struct diag *diag)
 {
@@ -154,8 +165,7 @@ static int files_configure(struct camera *base, const struct camera_mode *wanted
 	const struct files_row *rows = camera->table.rows;
 
 	(void)diag;
-	camera->format = wanted->format == PIXEL_RGB8 && camera->first.channels == 3 ? PIXEL_RGB8
-										     : PIXEL_GREY8;
+	camera->format = granted_format(wanted->format, camera->first.channels);
 	*granted = (struct camera_mode){
 		.width_px = camera->first.width_px,
 		.height_px = camera->first.height_px,

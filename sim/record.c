@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include "base/clock.h"
+#include "sim/hd_render.h"
 #include "sim/record_files.h"
 #include "sim/render.h"
 #include "sim/scene_parts.h"
@@ -24,10 +25,16 @@ struct recording {
 	const char *dir;
 	struct sim_scene *scene;
 	struct sim_renderer *renderers[SIM_CAMERA_MAX];
-	struct part_file tables[SIM_CAMERA_MAX], truth_file;
+	struct sim_hd_renderer *hd_renderers[SIM_HD_MAX];
+	struct part_file tables[SIM_DEVICE_MAX], truth_file;
 	struct sim_truth truth;
 	struct diag *diag;
 };
+
+static uint32_t device_count(const struct recording *recording)
+{
+	return recording->scene->camera_count + recording->scene->hd_count;
+}
 
 static int begin_camera(struct recording *recording, uint32_t c)
 {
@@ -45,16 +52,22 @@ static int begin_camera(struct recording *recording, uint32_t c)
 	if (err)
 		return err;
 	fputs(CSV_HEADER, table->file); /* a failure shows when the file is finished */
-	err = sim_renderer_create(&recording->renderers[c], recording->scene, c, SIM_NOISE_FULL);
+	uint32_t ir_count = recording->scene->camera_count;
+	if (c < ir_count)
+		err = sim_renderer_create(&recording->renderers[c], recording->scene, c,
+					  SIM_NOISE_FULL);
+	else
+		err = sim_hd_renderer_create(&recording->hd_renderers[c - ir_count],
+					     recording->scene, c);
 	return err ? record_fail(recording->diag, path, "render the images of", -err) : 0;
 }
 
 static int write_stage(const struct recording *recording)
 {
-	char addresses[SIM_CAMERA_MAX][NAME_BYTES + 8];
-	const char *pointers[SIM_CAMERA_MAX];
+	char addresses[SIM_DEVICE_MAX][NAME_BYTES + 8];
+	const char *pointers[SIM_DEVICE_MAX];
 
-	for (uint32_t c = 0; c < recording->scene->camera_count; c++) {
+	for (uint32_t c = 0; c < device_count(recording); c++) {
 		snprintf(addresses[c], sizeof(addresses[c]), "files:%s",
 			 recording->scene->cameras[c].name);
 		pointers[c] = addresses[c];
@@ -74,7 +87,7 @@ static int begin(struct recording *recording)
 		err = part_file_open(&recording->truth_file, path, recording->diag);
 	if (!err)
 		err = write_stage(recording);
-	for (uint32_t c = 0; !err && c < recording->scene->camera_count; c++)
+	for (uint32_t c = 0; !err && c < device_count(recording); c++)
 		err = begin_camera(recording, c);
 	return err;
 }
@@ -98,11 +111,27 @@ static int write_image(const struct recording *recording, const char *path, cons
 	return bad ? record_fail(recording->diag, path, "write", err ? err : EIO) : 0;
 }
 
+/* The picture of a shot and when it was taken; an HD mosaic is a grey file like any other. */
+static const uint8_t *render(const struct recording *recording, uint32_t c, uint64_t shot,
+			     int *width_px, int *height_px, int64_t *mid_exposure_ns)
+{
+	const struct sim_scene *scene = recording->scene;
+
+	if (c < scene->camera_count) {
+		*mid_exposure_ns = sim_scene_mid_exposure_ns(scene, shot);
+		return sim_render(recording->renderers[c], shot, width_px, height_px);
+	}
+	*mid_exposure_ns = sim_scene_hd_mid_exposure_ns(scene, shot);
+	return sim_hd_render(recording->hd_renderers[c - scene->camera_count], shot, width_px,
+			     height_px);
+}
+
 static int record_frame(struct recording *recording, uint32_t c, uint64_t shot)
 {
 	char path[PATH_MAX];
 	int width_px, height_px;
-	const uint8_t *pixels = sim_render(recording->renderers[c], shot, &width_px, &height_px);
+	int64_t mid_exposure_ns;
+	const uint8_t *pixels = render(recording, c, shot, &width_px, &height_px, &mid_exposure_ns);
 	int err = record_path(recording->diag, path, "%s/%s/%06llu.pgm", recording->dir,
 			      recording->scene->cameras[c].name, (unsigned long long)shot);
 
@@ -111,8 +140,7 @@ static int record_frame(struct recording *recording, uint32_t c, uint64_t shot)
 	if (err)
 		return err;
 	if (fprintf(recording->tables[c].file, "%llu,%lld,%d,%06llu.pgm\n",
-		    (unsigned long long)shot,
-		    (long long)sim_scene_mid_exposure_ns(recording->scene, shot), UNCERTAINTY_NS,
+		    (unsigned long long)shot, (long long)mid_exposure_ns, UNCERTAINTY_NS,
 		    (unsigned long long)shot) < 0)
 		return record_fail(recording->diag, recording->tables[c].part_path, "write", errno);
 	return 0;
@@ -122,7 +150,11 @@ static int record_shot(struct recording *recording, uint64_t shot)
 {
 	double time_s = (double)sim_scene_mid_exposure_ns(recording->scene, shot) * 1e-9;
 
-	for (uint32_t c = 0; c < recording->scene->camera_count; c++) {
+	uint32_t count = shot % recording->scene->hd_divider == recording->scene->hd_phase
+				 ? device_count(recording)
+				 : recording->scene->camera_count;
+
+	for (uint32_t c = 0; c < count; c++) {
 		int err = record_frame(recording, c, shot);
 
 		if (err)
@@ -148,15 +180,18 @@ static int finish_files(struct recording *recording)
 {
 	int err = 0;
 
-	for (uint32_t c = 0; !err && c < recording->scene->camera_count; c++)
+	for (uint32_t c = 0; !err && c < device_count(recording); c++)
 		err = part_file_finish(&recording->tables[c], recording->diag);
 	return err ? err : part_file_finish(&recording->truth_file, recording->diag);
 }
 
 static void recording_destroy(struct recording *recording)
 {
-	for (int c = 0; c < SIM_CAMERA_MAX; c++) {
+	for (int c = 0; c < SIM_CAMERA_MAX; c++)
 		sim_renderer_destroy(recording->renderers[c]);
+	for (int c = 0; c < SIM_HD_MAX; c++)
+		sim_hd_renderer_destroy(recording->hd_renderers[c]);
+	for (int c = 0; c < SIM_DEVICE_MAX; c++) {
 		if (recording->tables[c].file)
 			fclose(recording->tables[c].file);
 	}

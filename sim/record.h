@@ -15,6 +15,8 @@ typedef void sim_progress_fn(uint64_t shots_done, uint64_t shot_count, void *use
  * DIR/stage.yaml and DIR/truth.jsonl, one object a shot:
  *   {"shot", "mid_exposure_ns", "head": {"q": [w,x,y,z], "t_m": [x,y,z]},
  *    "markers": [{"name", "p_m": [x,y,z], "cameras": k, "visible": ["ir0", ...]}]}
+ * HD cameras have images in the shots that they expose in alone: their Bayer mosaics (RGGB) as grey
+ * PGM, which a files: camera of role hd takes for what they are.
  * The same options and seconds give the same bytes. An older simulated recording in DIR is
  * replaced; any other non-empty directory is refused (-EEXIST). frames.csv and truth.jsonl appear
  * under their names only when they are whole. `progress` may be NULL. Returns 0 or a negative errno

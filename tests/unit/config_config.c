@@ -117,7 +117,7 @@ static void every_key_is_read(void **state)
 	assert_int_equal(config.cameras[0].wanted.width_px, 1920);
 	assert_int_equal(config.cameras[0].wanted.height_px, 1080);
 	assert_int_equal(config.cameras[0].wanted.exposure_ns, 4000000);
-	assert_int_equal(config.cameras[0].wanted.format, PIXEL_RGB8);
+	assert_int_equal(config.cameras[0].wanted.format, PIXEL_BAYER_RG8);
 	assert_int_equal(config.cameras[0].wanted.period_ns, 4 * 16666667);
 	assert_true(config.cameras[0].wanted.gain_db == 6.5);
 }

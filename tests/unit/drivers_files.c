@@ -236,6 +236,26 @@ static void colour_is_delivered_where_it_is_wanted(void **state)
 	finish();
 }
 
+static void grey_files_are_a_mosaic_where_one_is_wanted(void **state)
+{
+	struct frame frame;
+
+	(void)state;
+	write_pnm("grey.pgm", 1, 1);
+	write_pnm("colour.ppm", 3, 1);
+	write_text("frames.csv", "mid_exposure_ns,file\n1,grey.pgm\n2,colour.ppm\n");
+	start_with(&files_camera_driver_unpaced, PIXEL_BAYER_RG8);
+	assert_int_equal(granted.format, PIXEL_BAYER_RG8);
+	assert_int_equal(next(&frame), 0);
+	assert_int_equal(frame.format, PIXEL_BAYER_RG8);
+	assert_int_equal(frame.stride_bytes, WIDTH_PX);
+	assert_int_equal(frame.pixels[5 * WIDTH_PX + 3], grey_at(3, 5, 1));
+	camera->driver->release(camera, &frame);
+	assert_int_equal(next(&frame), -EBADMSG);
+	assert_non_null(strstr(files_camera_problem(camera), "/colour.ppm: is RGB"));
+	finish();
+}
+
 /* Reads frames.csv with one row naming `bad` behind a good one. */
 static void expect_damaged(const char *bad, const char *problem)
 {
@@ -438,6 +458,7 @@ int main(void)
 		cmocka_unit_test(columns_but_time_and_file_are_optional),
 		cmocka_unit_test(every_kind_of_image_gives_the_same_pixels),
 		cmocka_unit_test(colour_is_delivered_where_it_is_wanted),
+		cmocka_unit_test(grey_files_are_a_mosaic_where_one_is_wanted),
 		cmocka_unit_test(a_damaged_image_is_skipped_counted_and_named),
 		cmocka_unit_test(png_files_of_other_kinds_are_named),
 		cmocka_unit_test(bad_rows_are_all_named_in_one_run),
