@@ -138,6 +138,13 @@ static void take_answer(struct labelling *l)
 	}
 }
 
+/* The pass changed nothing: another would not either. */
+static bool answer_stands(const struct labelling *l)
+{
+	return memcmp(l->point_of_label, l->assign.column_of_row,
+		      (size_t)l->assign.row_count * sizeof(l->point_of_label[0])) == 0;
+}
+
 static void note_places(struct labelling *l)
 {
 	for (int r = 0; r < l->assign.row_count; r++)
@@ -166,8 +173,11 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 					&l->predictions);
 		fill_edges(l, &l->predictions, point_count, false);
 		assign_solve(&l->assign);
+		bool settled = !l->motion.fresh_start && answer_stands(l);
 		take_answer(l);
 		note_places(l);
+		if (settled)
+			break;
 	}
 	abstain(l);
 	note_places(l);
