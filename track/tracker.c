@@ -88,7 +88,7 @@ static void match_shot(struct tracker_state *state, struct tracker_scratch *scra
 	for (uint32_t i = 0; state->head.tracked && i < motion->count; i++)
 		scratch->seeds[count++] =
 			(struct seed){pose_apply(head, motion->labels[i].local_m),
-				      fmin(SEED_RADIUS_M, 0.001 + 3 * motion->labels[i].sigma_m)};
+				      fmin(SEED_RADIUS_M, 0.0005 + 1.2 * motion->labels[i].sigma_m)};
 	for (uint32_t i = 0; i < state->loose_count; i++)
 		scratch->seeds[count++] = (struct seed){state->loose_stage_m[i], SEED_RADIUS_M};
 	match_seeds(&scratch->matcher, scratch->seeds, count);
