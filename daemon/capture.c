@@ -142,6 +142,7 @@ static enum capture_state capture_once(struct capture *capture)
 	case -ENODATA:
 		return CAPTURE_ENDED;
 	default:
+		atomic_store(&capture->lost_error, err);
 		return CAPTURE_LOST;
 	}
 }
@@ -201,6 +202,26 @@ void capture_finish(struct capture *capture)
 	memset(capture, 0, sizeof(*capture));
 }
 
+void capture_begin_run(struct capture *capture)
+{
+	ring_clear(&capture->sets);
+	memset(&capture->counters, 0, sizeof(capture->counters));
+	capture->damage_told = false;
+}
+
+void capture_lose(struct capture *capture, const char *why)
+{
+	size_t length = strcspn(why, "\n");
+
+	if (length >= sizeof(capture->lost_why))
+		length = sizeof(capture->lost_why) - 1;
+	if (!capture->lost_since_ns)
+		capture->lost_since_ns = clock_now_ns();
+	memcpy(capture->lost_why, why, length);
+	capture->lost_why[length] = '\0';
+	atomic_store(&capture->state, CAPTURE_LOST);
+}
+
 int capture_start(struct capture *capture, struct diag *diag)
 {
 	const struct camera_driver *driver = capture->device.driver;
@@ -209,6 +230,7 @@ int capture_start(struct capture *capture, struct diag *diag)
 	if (err)
 		return err;
 	capture->has_seq = false;
+	capture->lost_since_ns = 0;
 	atomic_store(&capture->stopping, false);
 	atomic_store(&capture->state, CAPTURE_RUNNING);
 	capture->thread.name = capture->name;

@@ -20,6 +20,8 @@ enum capture_state {
 	CAPTURE_LOST,  /* the device is gone; reopened from the control side */
 };
 
+#define CAPTURE_WHY_BYTES 200
+
 enum preview_state { PREVIEW_NONE, PREVIEW_WANTED, PREVIEW_READY };
 
 /* One frame and its blobs, copied on request. */
@@ -62,6 +64,8 @@ struct capture {
 	/* control thread */
 	struct realtime_thread thread;
 	bool damage_told; /* logged once; the counters tell how much */
+	int64_t lost_since_ns;
+	char lost_why[CAPTURE_WHY_BYTES]; /* the latest reason that it is not there */
 
 	/* capture thread */
 	bool has_seq;
@@ -69,7 +73,8 @@ struct capture {
 
 	struct ring sets; /* of blob_set, capture thread to solver */
 	struct preview preview;
-	_Atomic int state; /* enum capture_state */
+	_Atomic int state;      /* enum capture_state */
+	_Atomic int lost_error; /* what acquire said when the device was lost */
 	_Atomic bool stopping;
 	struct capture_counters counters;
 };
@@ -80,6 +85,12 @@ int capture_init(struct capture *capture, const struct config_camera *camera,
 		 const struct open_camera *device, const struct blob_settings *settings,
 		 uint32_t queue_length);
 void capture_finish(struct capture *capture); /* closes the device; a zeroed capture is fine */
+
+/* Counts anew and drops what is queued. */
+void capture_begin_run(struct capture *capture);
+
+/* Says that the device is gone, and why. The thread must not run. */
+void capture_lose(struct capture *capture, const char *why);
 
 /* Starts the device and the thread. Returns 0 or a negative errno with a message. */
 int capture_start(struct capture *capture, struct diag *diag);

@@ -225,7 +225,7 @@ static enum exit_code run(struct program *program, struct diag *diag)
 	enum exit_code code = open_sockets(program, diag);
 
 	if (code == EXIT_CODE_OK)
-		code = station_start(&program->station, diag);
+		code = station_start(&program->station, STATION_START, diag);
 	if (code != EXIT_CODE_OK)
 		return code;
 	if (watch_events(program) < 0) {

@@ -74,6 +74,14 @@ void pulses_close(struct pulses *pulses)
 	memset(pulses, 0, sizeof(*pulses));
 }
 
+void pulses_begin_run(struct pulses *pulses)
+{
+	ring_clear(&pulses->edges);
+	atomic_store(&pulses->lost, false);
+	atomic_store(&pulses->edges_count, 0);
+	atomic_store(&pulses->edges_refused, 0);
+}
+
 int pulses_start(struct pulses *pulses, struct diag *diag)
 {
 	int err = pulses->driver->arm(pulses->trigger, &pulses->plan, diag);

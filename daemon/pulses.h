@@ -37,6 +37,9 @@ int pulses_open(struct pulses *pulses, const char *address, const struct trigger
 		struct diag *diag);
 void pulses_close(struct pulses *pulses); /* a zeroed struct is fine */
 
+/* Counts anew and drops what is queued. */
+void pulses_begin_run(struct pulses *pulses);
+
 /* Arms the trigger, once the cameras are started. */
 int pulses_start(struct pulses *pulses, struct diag *diag);
 

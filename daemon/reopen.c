@@ -26,6 +26,7 @@ bool reopen_begin(struct reopener *reopener, const struct stage *stage,
 {
 	if (reopener->busy)
 		return false;
+	diag_finish(&reopener->diag);
 	reopener->stage = stage;
 	reopener->drivers = drivers;
 	reopener->camera = index;
@@ -44,17 +45,16 @@ bool reopen_poll(struct reopener *reopener)
 		return false;
 	pthread_join(reopener->thread, NULL);
 	reopener->busy = false;
-	diag_finish(&reopener->diag);
 	return true;
 }
 
 void reopen_finish(struct reopener *reopener)
 {
-	if (!reopener->busy)
-		return;
-	pthread_join(reopener->thread, NULL);
-	if (reopener->error == 0)
-		reopener->device.driver->close(reopener->device.camera);
-	reopener->busy = false;
+	if (reopener->busy) {
+		pthread_join(reopener->thread, NULL);
+		if (reopener->error == 0)
+			reopener->device.driver->close(reopener->device.camera);
+		reopener->busy = false;
+	}
 	diag_finish(&reopener->diag);
 }

@@ -31,7 +31,8 @@ bool reopen_begin(struct reopener *reopener, const struct stage *stage,
 		  const struct camera_driver *const *drivers, uint32_t index,
 		  const struct open_camera *lost);
 
-/* True once when an attempt is over: then `camera`, `error` and `device` hold its result. */
+/* True once when an attempt is over: then `camera`, `error` and `device` hold its result, and
+ * `diag` what was wrong, until the next attempt. */
 bool reopen_poll(struct reopener *reopener);
 
 void reopen_finish(struct reopener *reopener); /* waits for an attempt under way */

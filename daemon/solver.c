@@ -122,6 +122,10 @@ static void track(struct solver *solver, const struct sync_decision *decision,
 	struct shot shot;
 
 	shot_gather(&shot, decision, fronts->sets, camera_count(solver), solver->stage->ir_mask);
+	if (!solver->solve) {
+		count_cameras(solver, &shot);
+		return;
+	}
 	struct marker_set *set = ring_claim(&solver->sets);
 	if (!set) {
 		count(&solver->lost, 1);
@@ -129,6 +133,7 @@ static void track(struct solver *solver, const struct sync_decision *decision,
 	}
 	tracker_run(&solver->tracker, solver->scratch, &solver->stage->tracking, &shot, set);
 	stamp(set, &shot);
+	set->run = solver->run;
 	clock_hold(); /* until station_pop_set() */
 	ring_publish(&solver->sets);
 	eventfd_write(solver->control_wake_fd, 1);
@@ -215,8 +220,7 @@ int solver_init(struct solver *solver, const struct stage *stage, struct capture
 		return err;
 	}
 	clock_semaphore_init(&solver->wake);
-	solver->sync.period_ns = period_ns;
-	tracker_state_init(&solver->tracker, &stage->layout);
+	solver->period_ns = period_ns;
 	return 0;
 }
 
@@ -227,6 +231,21 @@ void solver_finish(struct solver *solver)
 		clock_release();
 	ring_finish(&solver->sets);
 	memset(solver, 0, sizeof(*solver));
+}
+
+void solver_begin_run(struct solver *solver, bool solve, uint32_t run)
+{
+	solver->solve = solve;
+	solver->run = run;
+	solver->warm_up = (struct warm_up){0};
+	solver->sync = (struct sync){.period_ns = solver->period_ns};
+	tracker_state_init(&solver->tracker, &solver->stage->layout);
+	memset(solver->missed_in_a_row, 0, sizeof(solver->missed_in_a_row));
+	atomic_store(&solver->stopping, false);
+	atomic_store(&solver->all_ended, false);
+	atomic_store(&solver->shots, 0);
+	atomic_store(&solver->incomplete, 0);
+	atomic_store(&solver->lost, 0);
 }
 
 int solver_start(struct solver *solver, struct diag *diag)

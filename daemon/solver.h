@@ -24,6 +24,9 @@ struct solver {
 	int control_wake_fd;
 	int64_t deadline_ns; /* after the oldest front was found */
 	struct tracker_scratch *scratch;
+	int64_t period_ns; /* of a shot; 0 = not known beforehand */
+	bool solve;        /* false: shots are put together and counted, no marker set is made */
+	uint32_t run;      /* into every set */
 
 	/* control thread */
 	struct realtime_thread thread;
@@ -49,6 +52,10 @@ int solver_init(struct solver *solver, const struct stage *stage, struct capture
 		struct pulses *pulses, int control_wake_fd, int64_t period_ns,
 		uint32_t queue_length);
 void solver_finish(struct solver *solver); /* a zeroed solver is fine */
+
+/* Forgets the run before: counters, shot numbers, what was tracked. Marker sets that still wait for
+ * the control thread stay. */
+void solver_begin_run(struct solver *solver, bool solve, uint32_t run);
 
 int solver_start(struct solver *solver, struct diag *diag);
 bool solver_stop(struct solver *solver); /* false when the thread hangs */

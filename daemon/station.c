@@ -152,8 +152,35 @@ enum exit_code station_configure(struct station *station, const char *config_pat
 		station_finish(station);
 		return code;
 	}
-	station->state = STATION_CONFIGURED;
+	station_next_state(station->state, STATION_CONFIGURE, &station->state);
 	return EXIT_CODE_OK;
+}
+
+/* What the last run left behind. */
+static void begin_run(struct station *station, bool solve)
+{
+	station->run++;
+	memset(&station->statistics, 0, sizeof(station->statistics));
+	pulses_begin_run(&station->pulses);
+	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
+		capture_begin_run(&station->captures[c]);
+	solver_begin_run(&station->solver, solve, station->run);
+}
+
+/* A device that went away while nothing ran is looked for like one that is lost while live. */
+static int start_capture(struct capture *capture, struct diag *diag)
+{
+	struct diag said = {0};
+	int err = capture->device.camera ? capture_start(capture, &said) : -ENODEV;
+
+	if (err == -ENODEV) {
+		capture_lose(capture, said.text ? said.text : "the device is gone");
+		err = 0;
+	} else if (err) {
+		diag_add(diag, "%s", said.text ? said.text : strerror(-err));
+	}
+	diag_finish(&said);
+	return err;
 }
 
 static int start_threads(struct station *station, struct diag *diag)
@@ -161,31 +188,11 @@ static int start_threads(struct station *station, struct diag *diag)
 	int err = solver_start(&station->solver, diag);
 
 	for (uint32_t c = 0; c < station->stage.config.camera_count && !err; c++)
-		err = capture_start(&station->captures[c], diag);
+		err = start_capture(&station->captures[c], diag);
 	return err ? err : pulses_start(&station->pulses, diag);
 }
 
-enum exit_code station_start(struct station *station, struct diag *diag)
-{
-	station->memory_locked = realtime_lock_memory();
-	clock_hold(); /* all start at the same moment of virtual time */
-	int err = start_threads(station, diag);
-
-	if (err) {
-		station_stop(station);
-		clock_release();
-		return open_exit_code(err);
-	}
-	station->started_ns = station->statistics.last_ns = clock_now_ns();
-	station->state = STATION_RUNNING;
-	clock_release();
-	if (!clock_is_virtual() && !station_is_realtime(station))
-		log_warning("normal scheduling, because SCHED_FIFO is not allowed: latencies are "
-			    "not bounded; set LimitRTPRIO=99 in the unit");
-	return EXIT_CODE_OK;
-}
-
-void station_stop(struct station *station)
+static void stop_threads(struct station *station)
 {
 	clock_rush_begin();
 	bool ended = pulses_stop(&station->pulses);
@@ -195,18 +202,63 @@ void station_stop(struct station *station)
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
 		ended &= capture_stop(&station->captures[c]);
 	ended &= solver_stop(&station->solver);
-	reopen_finish(&station->reopener);
 	clock_rush_end();
 	station->hung |= !ended;
-	station->state = STATION_CONFIGURED;
+}
+
+enum exit_code station_start(struct station *station, enum station_event how, struct diag *diag)
+{
+	enum station_state to;
+
+	if (!station_next_state(station->state, how, &to)) {
+		diag_add(diag, "the station is %s: stop it first",
+			 station_state_name(station->state));
+		return EXIT_CODE_RUNNING;
+	}
+	if (station->hung) {
+		diag_add(diag, "a thread hangs in its driver: restart the station");
+		return EXIT_CODE_DEVICE;
+	}
+	if (station->hung) {
+		diag_add(diag, "a thread hangs in its driver: restart the station");
+		return EXIT_CODE_DEVICE;
+	}
+	station->memory_locked = realtime_lock_memory();
+	begin_run(station, how == STATION_START);
+	clock_hold(); /* all start at the same moment of virtual time */
+	int err = start_threads(station, diag);
+
+	if (err) {
+		stop_threads(station);
+		clock_release();
+		return open_exit_code(err);
+	}
+	station->started_ns = station->statistics.last_ns = clock_now_ns();
+	station->state = to;
+	clock_release();
+	if (!clock_is_virtual() && !station_is_realtime(station))
+		log_warning("normal scheduling, because SCHED_FIFO is not allowed: latencies are "
+			    "not bounded; set LimitRTPRIO=99 in the unit");
+	return EXIT_CODE_OK;
+}
+
+bool station_stop(struct station *station)
+{
+	enum station_state to;
+
+	if (!station_next_state(station->state, STATION_STOP, &to))
+		return false;
+	stop_threads(station);
+	station->state = to;
+	return true;
 }
 
 void station_finish(struct station *station)
 {
-	if (station->state >= STATION_RUNNING)
-		station_stop(station);
+	station_stop(station);
 	if (station->hung)
 		return;
+	reopen_finish(&station->reopener);
 	solver_finish(&station->solver);
 	pulses_close(&station->pulses);
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)

@@ -10,14 +10,8 @@
 #include "daemon/pulses.h"
 #include "daemon/reopen.h"
 #include "daemon/solver.h"
+#include "daemon/station_states.h"
 #include "daemon/statistics.h"
-
-enum station_state {
-	STATION_IDLE,       /* nothing is open */
-	STATION_CONFIGURED, /* rig, layout and devices are open and checked; nothing runs */
-	STATION_RUNNING,
-	STATION_ENDED, /* all recordings are over; still answers and shows what there was */
-};
 
 struct station {
 	enum station_state state;
@@ -32,7 +26,8 @@ struct station {
 	bool world_open;
 	bool memory_locked;
 	bool hung; /* a thread did not end: nothing may be freed, only the process can go */
-	int64_t started_ns;
+	int64_t started_ns; /* of the run; 0 = none yet */
+	uint32_t run;       /* times that it was started; shots are numbered anew in each */
 };
 
 /* idle -> configured. On failure all messages are in `diag`, nothing is held, and the exit code
@@ -40,11 +35,14 @@ struct station {
 enum exit_code station_configure(struct station *station, const char *config_path,
 				 struct diag *diag);
 
-/* configured -> running. On failure it is configured again. */
-enum exit_code station_start(struct station *station, struct diag *diag);
+/* configured -> running (STATION_START) or calibrating (STATION_CALIBRATE); all counters begin
+ * anew. A camera that is gone is lost, not a failure. On failure it is configured again; from
+ * another state: EXIT_CODE_RUNNING. */
+enum exit_code station_start(struct station *station, enum station_event how, struct diag *diag);
 
-/* running or ended -> configured. Strobes are dark when it returns, whatever hangs. */
-void station_stop(struct station *station);
+/* running, calibrating or ended -> configured. False from another state. Strobes are dark when it
+ * returns, whatever hangs. */
+bool station_stop(struct station *station);
 
 /* -> idle; a zeroed station is fine. Of a station that hung it frees nothing. */
 void station_finish(struct station *station);
@@ -56,7 +54,6 @@ void station_tick(struct station *station);
 const struct marker_set *station_next_set(struct station *station);
 void station_pop_set(struct station *station);
 
-const char *station_state_name(enum station_state state);
 const char *capture_state_name(enum capture_state state);
 
 /* Threads that asked for SCHED_FIFO and have it: all of them. */

@@ -2,6 +2,9 @@
  * What the station does about its cameras once a second: those that were lost are reopened, and
  * when every recording is over the station has ended.
  */
+#include <errno.h>
+#include <string.h>
+
 #include "base/clock.h"
 #include "base/log.h"
 #include "daemon/program_drivers.h"
@@ -9,24 +12,12 @@
 #include "daemon/watchdog.h"
 #include "drivers/files.h"
 
-static const char *const station_state_names[] = {
-	[STATION_IDLE] = "idle",
-	[STATION_CONFIGURED] = "configured",
-	[STATION_RUNNING] = "running",
-	[STATION_ENDED] = "ended",
-};
-
 static const char *const capture_state_names[] = {
 	[CAPTURE_STOPPED] = "stopped",
 	[CAPTURE_RUNNING] = "running",
 	[CAPTURE_ENDED] = "ended",
 	[CAPTURE_LOST] = "lost",
 };
-
-const char *station_state_name(enum station_state state)
-{
-	return station_state_names[state];
-}
 
 const char *capture_state_name(enum capture_state state)
 {
@@ -54,8 +45,11 @@ static void take_back(struct station *station)
 	struct camera_mode before = capture->device.granted;
 	struct diag diag = {0};
 
-	if (reopener->error)
+	if (reopener->error) {
+		if (reopener->diag.text)
+			capture_lose(capture, reopener->diag.text);
 		return;
+	}
 	if (!same_images(&before, &reopener->device.granted)) {
 		log_error("camera %s: came back with images of another size or format: it stays "
 			  "out; restart the station",
@@ -65,11 +59,15 @@ static void take_back(struct station *station)
 		return;
 	}
 	capture->device = reopener->device;
-	if (capture_start(capture, &diag) == 0) {
+	if (!station_state_captures(station->state)) {
+		capture->lost_since_ns = 0;
+		atomic_store(&capture->state, CAPTURE_STOPPED);
+		log_info("camera %s: is back", capture->name);
+	} else if (capture_start(capture, &diag) == 0) {
 		atomic_fetch_add(&capture->counters.reopened, 1);
 		log_info("camera %s: is back", capture->name);
 	} else {
-		atomic_store(&capture->state, CAPTURE_LOST);
+		capture_lose(capture, diag.text ? diag.text : "it does not start");
 	}
 	diag_finish(&diag);
 }
@@ -94,6 +92,13 @@ static void watch_damage(struct capture *capture)
 		    capture->name, damage_cause(capture));
 }
 
+static const char *lost_cause(const struct capture *capture)
+{
+	int error = atomic_load(&capture->lost_error);
+
+	return error == -ENODEV ? "the device is gone" : strerror(-error);
+}
+
 static void watch_camera(struct station *station, uint32_t index)
 {
 	struct capture *capture = &station->captures[index];
@@ -105,11 +110,13 @@ static void watch_camera(struct station *station, uint32_t index)
 	if (capture->thread.joinable) {
 		if (!capture_stop(capture))
 			return; /* hangs on its way out: named as such, tried again */
-		if (state == CAPTURE_LOST)
-			log_warning("camera %s: lost; the station runs on without it and looks "
+		if (state == CAPTURE_LOST) {
+			capture_lose(capture, lost_cause(capture));
+			log_warning("camera %s: lost: %s; the station runs on without it and looks "
 				    "for it every second",
-				    capture->name);
-		else if (state == CAPTURE_ENDED)
+				    capture->name, capture->lost_why);
+		}
+		if (state == CAPTURE_ENDED)
 			log_info("camera %s: the recording is over", capture->name);
 	}
 	if (state == CAPTURE_LOST && reopen_begin(&station->reopener, &station->stage,
@@ -135,10 +142,9 @@ void station_tick(struct station *station)
 	if (reopen_poll(&station->reopener))
 		take_back(station);
 	watch_heartbeats(station);
-	for (uint32_t c = 0; c < camera_count; c++)
-		watch_camera(station, c);
-	if (station->state == STATION_RUNNING && all_ended(station)) {
-		station->state = STATION_ENDED;
+	/* from the one behind the last that was tried: each lost camera has its turn */
+	for (uint32_t i = 1, tried = station->reopener.camera; i <= camera_count; i++)
+		watch_camera(station, (tried + i) % camera_count);
+	if (all_ended(station) && station_next_state(station->state, STATION_OVER, &station->state))
 		log_info("all recordings are over; the station stays up until it is stopped");
-	}
 }

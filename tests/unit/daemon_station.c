@@ -94,7 +94,10 @@ static int fake_start(struct camera *base, struct diag *diag)
 {
 	struct fake_camera *camera = (struct fake_camera *)base;
 
-	(void)diag;
+	if (atomic_load(camera->fault) == FAULT_GONE) {
+		diag_add(diag, "fake: does not start: plug it in");
+		return -ENODEV;
+	}
 	/* all cameras expose at whole periods */
 	camera->next_ns = (clock_now_ns() / PERIOD_NS + 1) * PERIOD_NS;
 	return 0;
@@ -189,7 +192,7 @@ static struct station *start_station(void)
 		faults[c] = FAULT_NONE;
 	assert_int_equal(station_configure(station, config_path, &diag), EXIT_CODE_OK);
 	assert_int_equal(station->state, STATION_CONFIGURED);
-	assert_int_equal(station_start(station, &diag), EXIT_CODE_OK);
+	assert_int_equal(station_start(station, STATION_START, &diag), EXIT_CODE_OK);
 	assert_int_equal(station->state, STATION_RUNNING);
 	run_for(station, 60 * NS_PER_MS);
 	return station;
@@ -263,6 +266,99 @@ static void a_vanished_camera_comes_back_by_itself(void **state)
 	uint64_t missing = station->captures[1].counters.missing;
 	run_for(station, 200 * NS_PER_MS);
 	assert_in_range(station->captures[1].counters.missing - missing, 0, 3);
+	end_station(station);
+}
+
+static void every_lost_camera_says_since_when_and_why(void **state)
+{
+	struct station *station = start_station();
+	int64_t before_ns = clock_now_ns();
+
+	(void)state;
+	faults[2] = FAULT_GONE;
+	shots_with_fault(station, FAULT_GONE, 200 * NS_PER_MS);
+	for (int c = 1; c <= 2; c++) { /* the second is tried although the first stays away */
+		assert_in_range(station->captures[c].lost_since_ns, before_ns, clock_now_ns());
+		assert_non_null(strstr(station->captures[c].lost_why, "not there: plug it in"));
+	}
+	faults[2] = FAULT_NONE;
+	run_for(station, 200 * NS_PER_MS);
+	assert_int_equal(station->captures[1].state, CAPTURE_LOST);
+	assert_int_equal(station->captures[2].state, CAPTURE_RUNNING);
+	assert_int_equal(station->captures[2].lost_since_ns, 0);
+	end_station(station);
+}
+
+static void it_starts_and_stops_again_and_again(void **state)
+{
+	struct station *station = start_station();
+	struct diag diag = {0};
+
+	(void)state;
+	for (uint32_t run = 2; run < 6; run++) {
+		assert_int_equal(station_start(station, STATION_START, &diag), EXIT_CODE_RUNNING);
+		assert_true(station_stop(station));
+		assert_false(station_stop(station));
+		assert_int_equal(station->state, STATION_CONFIGURED);
+		while (station_next_set(station))
+			station_pop_set(station);
+		assert_int_equal(station_start(station, STATION_START, &diag), EXIT_CODE_OK);
+		run_for(station, 100 * NS_PER_MS);
+		const struct marker_set *set = station_next_set(station);
+		uint64_t shots = station->solver.shots;
+		assert_in_range(shots, 2, 12); /* of this run alone */
+		assert_int_equal(station->solver.incomplete, 0);
+		assert_int_equal(station->run, run);
+		if (set)
+			assert_int_equal(set->run, run);
+	}
+	diag_finish(&diag);
+	end_station(station);
+}
+
+static void calibrating_captures_without_solving(void **state)
+{
+	struct station *station = start_station();
+	struct diag diag = {0};
+
+	(void)state;
+	assert_int_equal(station_start(station, STATION_CALIBRATE, &diag), EXIT_CODE_RUNNING);
+	station_stop(station);
+	while (station_next_set(station))
+		station_pop_set(station);
+	assert_int_equal(station_start(station, STATION_CALIBRATE, &diag), EXIT_CODE_OK);
+	assert_int_equal(station->state, STATION_CALIBRATING);
+	capture_request_preview(&station->captures[1]);
+	clock_sleep_until(clock_now_ns() + 150 * NS_PER_MS);
+	assert_int_equal(station->captures[1].preview.state, PREVIEW_READY);
+	assert_true(station->captures[1].counters.frames > 5);
+	assert_true(station->solver.shots > 5);
+	assert_null(station_next_set(station));
+	assert_int_equal(station_start(station, STATION_START, &diag), EXIT_CODE_RUNNING);
+	assert_true(station_stop(station));
+	diag_finish(&diag);
+	end_station(station);
+}
+
+static void a_camera_that_went_away_while_stopped_is_lost_and_comes_back(void **state)
+{
+	struct station *station = start_station();
+	struct diag diag = {0};
+
+	(void)state;
+	station_stop(station);
+	faults[3] = FAULT_GONE;
+	assert_int_equal(station_start(station, STATION_START, &diag), EXIT_CODE_OK);
+	assert_int_equal(station->captures[3].state, CAPTURE_LOST);
+	assert_non_null(strstr(station->captures[3].lost_why, "does not start"));
+	run_for(station, 100 * NS_PER_MS);
+	station_stop(station);
+	assert_int_equal(station->captures[3].state, CAPTURE_LOST);
+	assert_int_equal(station_start(station, STATION_START, &diag), EXIT_CODE_OK);
+	faults[3] = FAULT_NONE;
+	run_for(station, 200 * NS_PER_MS);
+	assert_int_equal(station->captures[3].state, CAPTURE_RUNNING);
+	diag_finish(&diag);
 	end_station(station);
 }
 
@@ -365,6 +461,10 @@ int main(void)
 		cmocka_unit_test(a_camera_that_speaks_again_is_waited_for_again),
 		cmocka_unit_test(shots_begin_when_all_cameras_run),
 		cmocka_unit_test(a_vanished_camera_comes_back_by_itself),
+		cmocka_unit_test(every_lost_camera_says_since_when_and_why),
+		cmocka_unit_test(it_starts_and_stops_again_and_again),
+		cmocka_unit_test(calibrating_captures_without_solving),
+		cmocka_unit_test(a_camera_that_went_away_while_stopped_is_lost_and_comes_back),
 		cmocka_unit_test(the_end_of_all_recordings_leaves_the_station_up),
 		cmocka_unit_test(every_loss_is_counted_by_its_cause),
 		cmocka_unit_test(one_camera_that_is_not_there_leaves_none_open),
