@@ -17,6 +17,7 @@
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "base/realtime.h"
 #include "base/ring.h"
 #include "drivers/aravis_device.h"
 #include "drivers/clock_map.h"
@@ -336,7 +337,9 @@ static void give_back(struct aravis_camera *camera, struct slot *slot)
 		return;
 	}
 	slot->held = false;
+	bool was_in_section = realtime_pause(); /* a lock of Aravis: a documented exception */
 	arv_stream_push_buffer(camera->stream, slot->buffer);
+	realtime_resume(was_in_section);
 }
 
 static int wait_ready(struct aravis_camera *camera, int64_t timeout_ns)

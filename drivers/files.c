@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "base/realtime.h"
 #include "drivers/files_camera.h"
 
 #define WAIT_MAX_NS (3600 * NS_PER_S) /* keeps sums of times within 64 bits */
@@ -29,7 +30,10 @@ static int read_next(struct files_camera *camera)
 	snprintf(path, sizeof(path), "%s/%s", camera->dir, row->file);
 	camera->row = row;
 	camera->next_row++;
+	bool was_in_section = realtime_pause(); /* the disk: a documented exception */
 	int err = image_read(&camera->reader, path, &camera->image, problem);
+
+	realtime_resume(was_in_section);
 
 	if (!err && camera->format == PIXEL_GREY8)
 		image_make_grey(&camera->image);

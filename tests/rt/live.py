@@ -1,0 +1,63 @@
+"""Whole programs with the guard preloaded: no real-time section of the station allocates, locks,
+prints or blocks."""
+import json
+import os
+import subprocess
+
+import pytest
+
+# the fixtures of tests/system
+from conftest import recording, sim_config, stage, start  # noqa: F401
+
+GUARD = os.environ["RT_GUARD"]
+
+
+@pytest.fixture
+def guarded(tmp_path):
+    return {"LD_PRELOAD": GUARD, "RT_GUARD_REPORT": str(tmp_path / "report")}
+
+
+def calls_from_sections(tmp_path):
+    """How many allowed calls staged made inside of sections: a proof that there were any."""
+    for line in (tmp_path / "report").read_text().splitlines():
+        program, count = line.split()
+        if program == "staged":
+            return int(count)
+    raise AssertionError("staged never reported: it was not guarded, or did not end by itself")
+
+
+def run_demo(tmp_path, guarded, *options):
+    done = subprocess.run([os.environ["STAGE_DEMO"], "--json", "--keep", str(tmp_path / "kept"),
+                           *options], env={**os.environ, **guarded}, capture_output=True,
+                          text=True, timeout=100, check=False)
+    said = (tmp_path / "kept" / "station.log").read_text()
+    assert "rt guard" not in said, said
+    return json.loads(done.stdout)["shots"]["received"]
+
+
+def test_a_whole_demonstration_keeps_the_rules(tmp_path, guarded):
+    assert run_demo(tmp_path, guarded, "--sim", "--seconds", "10") > 1000
+    # each of 8 cameras and the trigger sleeps and wakes the solver 120 times a second
+    assert calls_from_sections(tmp_path) > 10000
+
+
+def test_gige_vision_cameras_keep_the_rules(tmp_path, guarded):
+    assert run_demo(tmp_path, guarded, "--seconds", "4") > 200
+    assert calls_from_sections(tmp_path) > 500
+
+
+def test_previews_keep_the_rules(start, sim_config, tmp_path, guarded):
+    station = start(sim_config, environment=guarded).wait_running()
+    for camera in ["ir0", "ir1", "ir2", "ir3"]:
+        assert station.ctl("camera", "preview", camera, "--output", tmp_path / "p.png").returncode == 0
+    assert station.ctl("stream", "tap", "--count", "60").returncode == 0
+    code, said, _ = station.stop()
+    assert (code, "rt guard" in said) == (0, False), said
+    assert calls_from_sections(tmp_path) > 500
+
+
+def test_recordings_leave_the_section_to_read_the_disk(start, stage, tmp_path, guarded):
+    station = start(stage / "stage.yaml", environment=guarded).wait_running()
+    code, said, _ = station.stop()
+    assert (code, "rt guard" in said) == (0, False), said
+    assert calls_from_sections(tmp_path) > 20
