@@ -162,7 +162,6 @@ static int files_configure(struct camera *base, const struct camera_mode *wanted
 			   struct camera_mode *granted, struct diag *diag)
 {
 	struct files_camera *camera = (struct files_camera *)base;
-	const struct files_row *rows = camera->table.rows;
 
 	(void)diag;
 	camera->format = granted_format(wanted->format, camera->first.channels);
@@ -170,9 +169,7 @@ static int files_configure(struct camera *base, const struct camera_mode *wanted
 		.width_px = camera->first.width_px,
 		.height_px = camera->first.height_px,
 		.format = camera->format,
-		.period_ns = camera->table.row_count > 1
-				     ? rows[1].mid_exposure_ns - rows[0].mid_exposure_ns
-				     : 0,
+		.period_ns = files_table_period_ns(&camera->table),
 	};
 	return 0;
 }

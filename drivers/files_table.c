@@ -226,6 +226,53 @@ int files_table_load(struct files_table *table, const char *path, struct diag *d
 	return 0;
 }
 
+static int compare_ns(const void *a, const void *b)
+{
+	int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
+
+	return (x > y) - (x < y);
+}
+
+/* One period at least, several where frames are missing. */
+static int64_t step_ns(const struct files_row *row)
+{
+	return row[1].mid_exposure_ns - row[0].mid_exposure_ns;
+}
+
+/* A step that a missing frame does not lengthen: the lower quartile. */
+static int64_t single_step_ns(const struct files_table *table)
+{
+	size_t count = table->row_count - 1;
+	int64_t *steps_ns = reallocarray(NULL, count, sizeof(*steps_ns));
+	int64_t single_ns = 0;
+
+	if (!steps_ns)
+		return 0;
+	for (size_t i = 0; i < count; i++)
+		steps_ns[i] = step_ns(&table->rows[i]);
+	qsort(steps_ns, count, sizeof(*steps_ns), compare_ns);
+	single_ns = steps_ns[count / 4];
+	free(steps_ns);
+	return single_ns;
+}
+
+int64_t files_table_period_ns(const struct files_table *table)
+{
+	int64_t single_ns = table->row_count > 1 ? single_step_ns(table) : 0;
+	uint64_t sum_ns = 0, periods = 0;
+
+	if (single_ns <= 0)
+		return 0;
+	for (size_t i = 0; i + 1 < table->row_count; i++) {
+		uint64_t whole = ((uint64_t)step_ns(&table->rows[i]) + (uint64_t)single_ns / 2) /
+				 (uint64_t)single_ns;
+
+		sum_ns += whole > 0 ? (uint64_t)step_ns(&table->rows[i]) : 0;
+		periods += whole;
+	}
+	return (int64_t)(sum_ns / periods);
+}
+
 void files_table_finish(struct files_table *table)
 {
 	free(table->rows);

@@ -26,4 +26,8 @@ struct files_table {
 /* Reads and checks the table at `path`, not the files it names. Every bad row is one message
  * "path:line: column: what is wrong". Returns 0, -EINVAL, -ENOMEM or the errno of reading it. */
 int files_table_load(struct files_table *table, const char *path, struct diag *diag);
+
+/* Between frames where none is missing, whatever is missing elsewhere; 0 when it cannot be told. */
+int64_t files_table_period_ns(const struct files_table *table);
+
 void files_table_finish(struct files_table *table); /* a zeroed table is fine */

@@ -185,6 +185,22 @@ static void columns_but_time_and_file_are_optional(void **state)
 	finish();
 }
 
+/* Else its neighbours would be taken for one shot. */
+static void missing_frames_do_not_stretch_the_period(void **state)
+{
+	(void)state;
+	write_pnm("a.pgm", 1, 0);
+	write_text("frames.csv", "mid_exposure_ns,file\n1000,a.pgm\n17000,a.pgm\n25002,a.pgm\n"
+				 "33000,a.pgm\n57000,a.pgm\n64999,a.pgm\n73000,a.pgm\n");
+	start_with(&files_camera_driver_unpaced, PIXEL_GREY8);
+	assert_int_equal(granted.period_ns, 8000);
+	finish();
+	write_text("frames.csv", "mid_exposure_ns,file\n1000,a.pgm\n");
+	start_with(&files_camera_driver_unpaced, PIXEL_GREY8);
+	assert_int_equal(granted.period_ns, 0);
+	finish();
+}
+
 static void every_kind_of_image_gives_the_same_pixels(void **state)
 {
 	struct frame frame;
@@ -456,6 +472,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(unpaced_frames_are_as_recorded),
 		cmocka_unit_test(columns_but_time_and_file_are_optional),
+		cmocka_unit_test(missing_frames_do_not_stretch_the_period),
 		cmocka_unit_test(every_kind_of_image_gives_the_same_pixels),
 		cmocka_unit_test(colour_is_delivered_where_it_is_wanted),
 		cmocka_unit_test(grey_files_are_a_mosaic_where_one_is_wanted),
