@@ -97,9 +97,32 @@ static struct blob_set *find_blobs(struct capture *capture, const struct frame *
 	return set;
 }
 
+static void take_hd_frame(struct capture *capture, const struct frame *frame)
+{
+	if (!hd_capture_keep(&capture->hd, frame)) {
+		count(&capture->counters.refused, 1);
+		return;
+	}
+	if (atomic_load_explicit(&capture->preview.state, memory_order_acquire) != PREVIEW_WANTED)
+		return;
+	atomic_store_explicit(&capture->preview.state, PREVIEW_READY, memory_order_release);
+	eventfd_write(capture->control_wake_fd, 1);
+}
+
+static void take_ir_frame(struct capture *capture, const struct frame *frame)
+{
+	struct blob_set *set = find_blobs(capture, frame);
+
+	if (atomic_load_explicit(&capture->preview.state, memory_order_acquire) == PREVIEW_WANTED)
+		copy_preview(capture, frame, set);
+	if (set) {
+		ring_publish(&capture->sets);
+		clock_semaphore_post(capture->solver_wake);
+	}
+}
+
 static void take_frame(struct capture *capture, const struct frame *frame)
 {
-	struct blob_set *set = NULL;
 
 	count_gap(capture, frame->device_seq);
 	if (!frame_as_granted(capture, frame)) {
@@ -111,14 +134,10 @@ static void take_frame(struct capture *capture, const struct frame *frame)
 		return;
 	}
 	count(&capture->counters.frames, 1);
-	if (capture->finder)
-		set = find_blobs(capture, frame);
-	if (atomic_load_explicit(&capture->preview.state, memory_order_acquire) == PREVIEW_WANTED)
-		copy_preview(capture, frame, set);
-	if (set) {
-		ring_publish(&capture->sets);
-		clock_semaphore_post(capture->solver_wake);
-	}
+	if (capture->role == ROLE_IR)
+		take_ir_frame(capture, frame);
+	else
+		take_hd_frame(capture, frame);
 }
 
 /* Returns what the capture has become. */
@@ -162,28 +181,40 @@ static void run_capture(void *argument)
 	eventfd_write(capture->control_wake_fd, 1);
 }
 
+static size_t image_bytes(const struct camera_mode *mode)
+{
+	return (size_t)(mode->width_px * bytes_per_pixel(mode->format)) * (size_t)mode->height_px;
+}
+
+static int init_ir(struct capture *capture, const struct camera_mode *mode,
+		   const struct blob_settings *settings, uint32_t queue_length)
+{
+	capture->preview.capacity_bytes = image_bytes(mode);
+	capture->preview.pixels = calloc(1, capture->preview.capacity_bytes);
+	if (!capture->preview.pixels)
+		return -ENOMEM;
+	realtime_touch(capture->preview.pixels, capture->preview.capacity_bytes);
+	int err = ring_init(&capture->sets, sizeof(struct blob_set), queue_length);
+	if (err)
+		return err;
+	return blob_finder_create(&capture->finder, mode->width_px, mode->height_px, settings);
+}
+
 int capture_init(struct capture *capture, const struct config_camera *camera,
 		 const struct open_camera *device, const struct blob_settings *settings,
 		 uint32_t queue_length)
 {
 	const struct camera_mode *mode = &device->granted;
-	int err = 0;
+	int err;
 
 	memset(capture, 0, sizeof(*capture));
 	memcpy(capture->name, camera->name, sizeof(capture->name));
 	capture->role = camera->role;
-	capture->preview.capacity_bytes =
-		(size_t)(mode->width_px * bytes_per_pixel(mode->format)) * (size_t)mode->height_px;
-	capture->preview.pixels = calloc(1, capture->preview.capacity_bytes);
-	if (!capture->preview.pixels)
-		err = -ENOMEM;
-	else
-		realtime_touch(capture->preview.pixels, capture->preview.capacity_bytes);
-	if (!err)
-		err = ring_init(&capture->sets, sizeof(struct blob_set), queue_length);
-	if (!err && camera->role == ROLE_IR)
-		err = blob_finder_create(&capture->finder, mode->width_px, mode->height_px,
-					 settings);
+	err = camera->role == ROLE_IR
+		      ? init_ir(capture, mode, settings, queue_length)
+		      : hd_capture_init(&capture->hd, image_bytes(mode),
+					mode->period_ns > 0 ? mode->period_ns
+							    : camera->wanted.period_ns);
 	if (err) {
 		capture_finish(capture);
 		return err;
@@ -198,6 +229,7 @@ void capture_finish(struct capture *capture)
 		capture->device.driver->close(capture->device.camera);
 	blob_finder_destroy(capture->finder);
 	ring_finish(&capture->sets);
+	hd_capture_finish(&capture->hd);
 	free(capture->preview.pixels);
 	memset(capture, 0, sizeof(*capture));
 }
@@ -205,6 +237,8 @@ void capture_finish(struct capture *capture)
 void capture_begin_run(struct capture *capture)
 {
 	ring_clear(&capture->sets);
+	if (capture->role == ROLE_HD)
+		hd_capture_begin_run(&capture->hd);
 	memset(&capture->counters, 0, sizeof(capture->counters));
 	capture->damage_told = false;
 }

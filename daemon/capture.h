@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "base/ring.h"
 #include "config/config.h"
+#include "daemon/hd_capture.h"
 #include "daemon/realtime.h"
 #include "drivers/open_cameras.h"
 #include "track/blobs.h"
@@ -27,7 +28,8 @@ enum preview_state { PREVIEW_NONE, PREVIEW_WANTED, PREVIEW_READY };
 /* One frame and its blobs, copied on request. */
 struct preview {
 	_Atomic int state; /* control: NONE/READY -> WANTED; capture: WANTED -> READY */
-	uint8_t *pixels;   /* rows without padding; owned, room for one frame as granted */
+	uint8_t *pixels;   /* rows without padding; owned, room for one frame as granted; NULL for
+			    * HD: its newest frame is in the pool */
 	size_t capacity_bytes, size_bytes;
 	int width_px, height_px;
 	enum pixel_format format;
@@ -45,7 +47,7 @@ struct capture_counters {
 	_Atomic uint64_t wrong_time;   /* exposed more than a second from their arrival */
 	_Atomic uint64_t timeouts;     /* waits in which nothing came */
 	_Atomic uint64_t device_gaps;  /* frames that the device counted and did not deliver */
-	_Atomic uint64_t refused;      /* the queue was full: the solver stalled */
+	_Atomic uint64_t refused;      /* no room: the solver, or who reads HD frames, stalled */
 	_Atomic uint64_t before_start; /* came before all cameras ran */
 	_Atomic uint64_t stale;        /* counted by the solver: came after their shot was closed */
 	_Atomic uint64_t missing;      /* counted by the solver: shots without this camera */
@@ -71,7 +73,8 @@ struct capture {
 	bool has_seq;
 	uint64_t last_seq;
 
-	struct ring sets; /* of blob_set, capture thread to solver */
+	struct ring sets;     /* of blob_set, capture thread to solver */
+	struct hd_capture hd; /* of an HD camera: its frames */
 	struct preview preview;
 	_Atomic int state;      /* enum capture_state */
 	_Atomic int lost_error; /* what acquire said when the device was lost */

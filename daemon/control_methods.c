@@ -152,23 +152,60 @@ static json_t *blobs_json(const struct blob_set *set)
 	return blobs;
 }
 
-json_t *preview_reply(const struct station *station, int camera, bool ready)
+static json_t *image_json(const char *camera, const uint8_t *bytes, size_t size_bytes, int width_px,
+			  int height_px, enum pixel_format format, int64_t mid_exposure_ns,
+			  json_t *blobs)
 {
 	static const char *const formats[] = {
 		[PIXEL_GREY8] = "grey", [PIXEL_RGB8] = "rgb", [PIXEL_BAYER_RG8] = "bayer_rg"};
-	const struct capture *capture = &station->captures[camera];
-	const struct preview *image = &capture->preview;
-	char *pixels = ready ? base64(image->pixels, image->size_bytes) : NULL;
+	char *pixels = base64(bytes, size_bytes);
+	json_t *image = json_pack("{s:s, s:i, s:i, s:s, s:I, s:s, s:o}", "camera", camera,
+				  "width_px", width_px, "height_px", height_px, "format",
+				  formats[format], "mid_exposure_ns", (json_int_t)mid_exposure_ns,
+				  "pixels", pixels ? pixels : "", "blobs", blobs);
 
-	if (!pixels)
-		return json_pack("{s:s, s:{s:s, s:s}}", "error", "org.stage.Control.NoFrame",
-				 "parameters", "camera", capture->name, "state",
-				 capture_state_name(atomic_load(&capture->state)));
-	json_t *reply = reply_result(json_pack(
-		"{s:s, s:i, s:i, s:s, s:I, s:s, s:o}", "camera", capture->name, "width_px",
-		image->width_px, "height_px", image->height_px, "format", formats[image->format],
-		"mid_exposure_ns", (json_int_t)image->set.mid_exposure_ns, "pixels", pixels,
-		"blobs", blobs_json(&image->set)));
 	free(pixels);
-	return reply;
+	return image;
+}
+
+static json_t *ir_image_json(const struct capture *capture)
+{
+	const struct preview *image = &capture->preview;
+
+	return image_json(capture->name, image->pixels, image->size_bytes, image->width_px,
+			  image->height_px, image->format, image->set.mid_exposure_ns,
+			  blobs_json(&image->set));
+}
+
+/* The newest frame in the pool; NULL in the rare case that it was overwritten just now. */
+static json_t *hd_image_json(struct capture *capture)
+{
+	struct hd_pool *pool = &capture->hd.pool;
+	const struct hd_frame *frame = hd_pool_hold(pool, hd_pool_newest(pool));
+
+	if (!frame)
+		return NULL;
+	json_t *image =
+		image_json(capture->name, frame->pixels, frame->size_bytes, frame->width_px,
+			   frame->height_px, frame->format, frame->mid_exposure_ns, json_array());
+	uint64_t shot = atomic_load(&frame->shot);
+
+	if (shot != SHOT_UNKNOWN)
+		json_object_set_new(image, "shot", json_integer((json_int_t)shot));
+	hd_pool_release(frame);
+	return image;
+}
+
+json_t *preview_reply(struct station *station, int camera, bool ready)
+{
+	struct capture *capture = &station->captures[camera];
+	json_t *image = NULL;
+
+	if (ready)
+		image = capture->role == ROLE_IR ? ir_image_json(capture) : hd_image_json(capture);
+	if (image)
+		return reply_result(image);
+	return json_pack("{s:s, s:{s:s, s:s}}", "error", "org.stage.Control.NoFrame", "parameters",
+			 "camera", capture->name, "state",
+			 capture_state_name(atomic_load(&capture->state)));
 }

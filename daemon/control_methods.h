@@ -22,7 +22,7 @@ json_t *control_call(const struct control_context *context, const json_t *reques
 		     int *preview_camera);
 
 /* `ready`: the camera's preview slot holds an image; else the reply says that none came. */
-json_t *preview_reply(const struct station *station, int camera, bool ready);
+json_t *preview_reply(struct station *station, int camera, bool ready);
 
 /* The station as GetStatus returns it (status.c). */
 json_t *station_status_json(const struct control_context *context);

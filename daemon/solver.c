@@ -8,6 +8,7 @@
 #include <sys/eventfd.h>
 
 #include "base/clock_virtual.h"
+#include "drivers/trigger_plan.h"
 #include "track/shot.h"
 
 /* A camera that is merely late shows up within a period; only a silent one takes the whole wait. */
@@ -133,6 +134,7 @@ static void track(struct solver *solver, const struct sync_decision *decision,
 	}
 	tracker_run(&solver->tracker, solver->scratch, &solver->stage->tracking, &shot, set);
 	stamp(set, &shot);
+	hd_plan_stamp(&solver->hd, set);
 	set->run = solver->run;
 	clock_hold(); /* until station_pop_set() */
 	ring_publish(&solver->sets);
@@ -153,6 +155,16 @@ static void consume(struct solver *solver, const struct sync_decision *decision)
 		ring_pop(&solver->pulses->edges);
 }
 
+static void place_hd_frames(struct solver *solver)
+{
+	for (uint32_t left = solver->hd.camera_mask; left; left &= left - 1) {
+		struct capture *capture = &solver->captures[__builtin_ctz(left)];
+
+		count(&capture->counters.before_start,
+		      hd_capture_place(&capture->hd, &solver->hd, &solver->sync));
+	}
+}
+
 /* One step; false when there is nothing to do but wait, at most until `*wake_ns`. */
 static bool solve_next(struct solver *solver, int64_t *wake_ns)
 {
@@ -163,6 +175,7 @@ static bool solve_next(struct solver *solver, int64_t *wake_ns)
 	int64_t now_ns = clock_now_ns();
 
 	*wake_ns = now_ns + IDLE_WAIT_NS;
+	place_hd_frames(solver);
 	if (!solver->pulses && !warm_up_step(&solver->warm_up, solver->captures,
 					     camera_count(solver), solver->sync.period_ns, now_ns))
 		return false;
@@ -233,12 +246,29 @@ void solver_finish(struct solver *solver)
 	memset(solver, 0, sizeof(*solver));
 }
 
+/* Without a trigger of ours HD cameras expose when they do; the first frame tells the phase. */
+static struct hd_plan hd_plan_of(const struct solver *solver)
+{
+	const struct trigger_plan *plan = &solver->stage->config.plan;
+	uint32_t all = (uint32_t)((UINT64_C(1) << camera_count(solver)) - 1);
+	struct hd_plan hd = {.camera_mask = all & ~solver->stage->ir_mask,
+			     .divider = (uint32_t)plan->hd_divider};
+
+	if (solver->pulses) {
+		hd.phase = (uint32_t)plan->hd_phase;
+		hd.phase_known = true;
+		hd.after_ir_ns = trigger_plan_hd_middle_ns(plan) - trigger_plan_ir_middle_ns(plan);
+	}
+	return hd;
+}
+
 void solver_begin_run(struct solver *solver, bool solve, uint32_t run)
 {
 	solver->solve = solve;
 	solver->run = run;
 	solver->warm_up = (struct warm_up){0};
 	solver->sync = (struct sync){.period_ns = solver->period_ns};
+	solver->hd = hd_plan_of(solver);
 	tracker_state_init(&solver->tracker, &solver->stage->layout);
 	memset(solver->missed_in_a_row, 0, sizeof(solver->missed_in_a_row));
 	atomic_store(&solver->stopping, false);

@@ -34,6 +34,7 @@ struct solver {
 	/* solver thread */
 	struct warm_up warm_up;
 	struct sync sync;
+	struct hd_plan hd;
 	struct tracker_state tracker;
 	uint32_t missed_in_a_row[CAMERA_MAX];
 

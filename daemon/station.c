@@ -13,6 +13,7 @@
 #include "base/log.h"
 #include "daemon/program_drivers.h"
 #include "daemon/realtime.h"
+#include "drivers/trigger_plan.h"
 #include "sim/world.h"
 
 #define QUEUE_NS                                                                        \
@@ -57,6 +58,16 @@ static bool wants_world(const struct config *config)
 	return wanted;
 }
 
+static uint32_t sim_hd_count(const struct config *config)
+{
+	uint32_t count = 0;
+
+	for (uint32_t c = 0; c < config->camera_count; c++)
+		count += config->cameras[c].role == ROLE_HD &&
+			 strncmp(config->cameras[c].address, "sim:", 4) == 0;
+	return count;
+}
+
 static int open_world(struct station *station, struct diag *diag)
 {
 	const struct config *config = &station->stage.config;
@@ -67,6 +78,11 @@ static int open_world(struct station *station, struct diag *diag)
 		.camera_count =
 			ir_count >= SIM_CAMERA_MIN && ir_count <= SIM_CAMERA_MAX ? ir_count : 0,
 		.rate_hz = 1e9 / (double)config->plan.period_ns,
+		.hd_camera_count = sim_hd_count(config),
+		.hd_divider = (uint32_t)config->plan.hd_divider,
+		.hd_phase = (uint32_t)config->plan.hd_phase,
+		.hd_after_ir_ns = trigger_plan_hd_middle_ns(&config->plan) -
+				  trigger_plan_ir_middle_ns(&config->plan),
 	};
 
 	if (!wants_world(config))

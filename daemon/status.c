@@ -29,6 +29,23 @@ static json_t *losses_json(const struct capture_counters *counters)
 	return losses;
 }
 
+/* Of the newest frame whose shot is known: null before. */
+static json_t *hd_json(const struct station *station, const struct capture *capture)
+{
+	const struct hd_capture *hd = &capture->hd;
+	uint64_t divider = (uint64_t)station->stage.config.plan.hd_divider;
+	uint64_t shot = atomic_load(&hd->last_shot);
+	bool known = shot != SHOT_UNKNOWN;
+	json_t *json =
+		json_pack("{s:i, s:o, s:o, s:o}", "slots", (int)hd->pool.slot_count, "shot",
+			  known ? json_integer((json_int_t)shot) : json_null(), "index",
+			  known ? json_integer((json_int_t)(shot / divider)) : json_null(), "phase",
+			  known ? json_integer((json_int_t)(shot % divider)) : json_null());
+
+	set_count(json, "off_phase", &hd->off_phase);
+	return json;
+}
+
 static json_t *camera_json(const struct station *station, uint32_t index)
 {
 	const struct config_camera *named = &station->stage.config.cameras[index];
@@ -45,6 +62,8 @@ static json_t *camera_json(const struct station *station, uint32_t index)
 
 	set_count(camera, "frames", &capture->counters.frames);
 	set_count(camera, "missing", &capture->counters.missing);
+	if (capture->role == ROLE_HD)
+		json_object_set_new(camera, "hd", hd_json(station, capture));
 	set_count(camera, "reopened", &capture->counters.reopened);
 	json_object_set_new(camera, "fifo", json_boolean(capture->thread.fifo_granted));
 	return camera;
