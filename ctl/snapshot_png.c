@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "ctl/demosaic.h"
 #include "ctl/snapshot.h"
 
 #define CIRCLE_GAP_PX 4.0 /* between a spot's edge and its circle */
 
-/* A Bayer mosaic is shown as it is, grey: good enough to aim and focus by. */
 static uint8_t *to_rgb(const struct snapshot *snapshot)
 {
 	size_t count = (size_t)snapshot->width_px * (size_t)snapshot->height_px;
@@ -21,6 +21,10 @@ static uint8_t *to_rgb(const struct snapshot *snapshot)
 		return NULL;
 	if (snapshot->format == PIXEL_RGB8) {
 		memcpy(rgb, snapshot->pixels, 3 * count);
+		return rgb;
+	}
+	if (snapshot->format == PIXEL_BAYER_RG8) {
+		demosaic_rggb(snapshot->pixels, snapshot->width_px, snapshot->height_px, rgb);
 		return rgb;
 	}
 	for (size_t i = 0; i < count; i++)

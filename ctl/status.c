@@ -43,6 +43,16 @@ static void print_losses(const json_t *losses)
 	puts(any ? "" : "-");
 }
 
+/* NULL for an IR camera. */
+static void print_hd(const json_t *hd)
+{
+	if (json_is_integer(json_object_get(hd, "shot")))
+		printf("%13snewest: HD frame %" PRId64 " of shot %" PRId64 ", phase %" PRId64
+		       ", off phase %" PRId64 "\n",
+		       "", count_of(hd, "index"), count_of(hd, "shot"), count_of(hd, "phase"),
+		       count_of(hd, "off_phase"));
+}
+
 static void print_cameras(const json_t *cameras)
 {
 	size_t index;
@@ -62,6 +72,7 @@ static void print_cameras(const json_t *cameras)
 		       number_of(camera, "blobs_per_frame"), count_of(camera, "frames"),
 		       count_of(camera, "missing"));
 		print_losses(json_object_get(camera, "losses"));
+		print_hd(json_object_get(camera, "hd"));
 	}
 }
 

@@ -25,7 +25,7 @@ static const char control_interface[] =
 	"spots "
 	"found in it\n"
 	"method Preview(camera: string) -> (camera: string, width_px: int, height_px: int, "
-	"format: string, mid_exposure_ns: int, pixels: string, blobs: []object)\n\n"
+	"format: string, mid_exposure_ns: int, pixels: string, blobs: []object, shot: ?int)\n\n"
 	"error NoSuchCamera (camera: string, cameras: []string)\n"
 	"error NoFrame (camera: string, state: string)\n";
 
