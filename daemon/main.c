@@ -19,6 +19,7 @@
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "daemon/control.h"
+#include "daemon/darken.h"
 #include "daemon/server.h"
 #include "daemon/station.h"
 #include "daemon/watchdog.h"
@@ -26,7 +27,7 @@
 struct program {
 	const char *config_path;
 	const char *socket_dir; /* of the command line, or NULL */
-	bool check;
+	bool check, darken;
 	struct station station;
 	struct stream_description description;
 	sd_event *event;
@@ -39,12 +40,14 @@ struct program {
 
 static void print_help(void)
 {
-	puts("Usage: staged --config FILE [--socket-dir DIR] [--check]\n"
+	puts("Usage: staged --config FILE [--socket-dir DIR] [--check | --darken]\n"
 	     "Runs a motion-capture station until SIGTERM or SIGINT.\n\nOptions:\n"
 	     "  --config FILE      the stage: rig, layout, cameras\n"
 	     "  --socket-dir DIR   where stream.sock and control.sock go (default: socket_dir of "
 	     "the config)\n"
 	     "  --check            open and check everything, then exit\n"
+	     "  --darken           switch the strobes of a station that was killed off, then "
+	     "exit\n"
 	     "  --version\n  --help             this text\n");
 	exit_codes_print(stdout);
 }
@@ -56,6 +59,7 @@ static int parse_arguments(struct program *program, int argc, char **argv)
 		{"config", required_argument, NULL, 'c'},
 		{"socket-dir", required_argument, NULL, 's'},
 		{"check", no_argument, NULL, 'k'},
+		{"darken", no_argument, NULL, 'd'},
 		{"version", no_argument, NULL, 'v'},
 		{"help", no_argument, NULL, 'h'},
 		{0},
@@ -69,6 +73,8 @@ static int parse_arguments(struct program *program, int argc, char **argv)
 			program->socket_dir = optarg;
 		else if (chosen == 'k')
 			program->check = true;
+		else if (chosen == 'd')
+			program->darken = true;
 		else if (chosen == 'v')
 			return puts("staged " STAGE_VERSION), EXIT_CODE_OK;
 		else if (chosen == 'h')
@@ -78,7 +84,8 @@ static int parse_arguments(struct program *program, int argc, char **argv)
 	}
 	if (program->config_path && optind == argc)
 		return -1;
-	fputs("usage: staged --config FILE [--socket-dir DIR] [--check]; see staged --help\n",
+	fputs("usage: staged --config FILE [--socket-dir DIR] [--check | --darken]; see staged "
+	      "--help\n",
 	      stderr);
 	return EXIT_CODE_USAGE;
 }
@@ -259,6 +266,12 @@ int main(int argc, char **argv)
 
 	if (code >= 0)
 		return code;
+	if (program.darken) {
+		code = darken(program.config_path, &diag);
+		diag_print(&diag, stderr);
+		diag_finish(&diag);
+		return code;
+	}
 	code = make_event_loop(&program) < 0
 		       ? EXIT_CODE_INTERNAL
 		       : station_configure(&program.station, program.config_path, &diag);

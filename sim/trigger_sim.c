@@ -1,8 +1,12 @@
 /*
- * Trigger `sim`: the pulses that the simulated stage is exposed by.
+ * Trigger `sim`: the pulses that the simulated stage is exposed by. Of `sim:FILE` the file is the
+ * strobes' line: it reads 1 while they may burn, also when the station was killed, and 0 when dark.
  */
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
 
 #include "base/clock.h"
 #include "drivers/trigger_plan.h"
@@ -13,6 +17,7 @@
 
 struct sim_trigger {
 	struct trigger base;
+	int line_fd; /* -1 without a line */
 	/* set when armed */
 	bool armed;
 	int64_t middle_ns; /* from a shot's edge to its mid-exposure */
@@ -23,25 +28,48 @@ struct sim_trigger {
 static int sim_open(struct trigger **out, const char *rest, struct diag *diag)
 {
 	struct sim_trigger *trigger;
+	int line_fd = -1;
 
-	(void)rest;
 	if (!sim_world_scene()) {
 		diag_add(diag, "trigger sim: no simulated stage is open in this program");
 		return -ENODEV;
 	}
+	if (*rest)
+		line_fd = open(rest, O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+	if (*rest && line_fd < 0) {
+		int r = -errno;
+
+		diag_add(diag, "trigger sim: cannot open the strobes' line %s: %s", rest,
+			 strerror(-r));
+		return r;
+	}
 	trigger = calloc(1, sizeof(*trigger));
 	if (!trigger) {
 		diag_add(diag, "trigger sim: out of memory");
+		close(line_fd);
 		return -ENOMEM;
 	}
+	trigger->line_fd = line_fd;
 	trigger->base.driver = &sim_trigger_driver;
 	*out = &trigger->base;
 	return 0;
 }
 
-static void sim_close(struct trigger *trigger)
+static void sim_close(struct trigger *base)
 {
+	struct sim_trigger *trigger = (struct sim_trigger *)base;
+
+	if (trigger && trigger->line_fd >= 0)
+		close(trigger->line_fd);
 	free(trigger);
+}
+
+/* Control thread. Returns 0 or a negative errno. */
+static int set_line(const struct sim_trigger *trigger, bool lit)
+{
+	if (trigger->line_fd >= 0 && pwrite(trigger->line_fd, lit ? "1\n" : "0\n", 2, 0) < 0)
+		return -errno;
+	return 0;
 }
 
 static int sim_arm(struct trigger *base, const struct trigger_plan *plan, struct diag *diag)
@@ -64,13 +92,21 @@ static int sim_arm(struct trigger *base, const struct trigger_plan *plan, struct
 	middle_ns = trigger_plan_ir_middle_ns(plan);
 	trigger->middle_ns = middle_ns;
 	trigger->next_shot = sim_world_shot_after(clock_now_ns() + middle_ns);
+	err = set_line(trigger, true);
+	if (err) {
+		diag_add(diag, "trigger sim: cannot set the strobes' line: %s", strerror(-err));
+		return err;
+	}
 	trigger->armed = true;
 	return 0;
 }
 
-static void sim_disarm(struct trigger *trigger)
+static void sim_disarm(struct trigger *base)
 {
-	((struct sim_trigger *)trigger)->armed = false;
+	struct sim_trigger *trigger = (struct sim_trigger *)base;
+
+	trigger->armed = false;
+	set_line(trigger, false);
 }
 
 static int sim_next(struct trigger *base, int64_t timeout_ns, struct edge *out)

@@ -30,6 +30,6 @@ uint64_t sim_world_late_count(uint32_t camera);
  * device_seq. An HD camera's device_seq counts its own frames. */
 extern const struct camera_driver sim_camera_driver;
 
-/* Trigger `sim`: reports the edge that makes each shot's mid-exposure fall, by the armed plan, on
- * epoch + sim_scene_mid_exposure_ns(shot). */
+/* Trigger `sim`, or `sim:FILE` with a file for the strobes' line: reports the edge that makes each
+ * shot's mid-exposure fall, by the armed plan, on epoch + sim_scene_mid_exposure_ns(shot). */
 extern const struct trigger_driver sim_trigger_driver;

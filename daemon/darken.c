@@ -1,0 +1,50 @@
+/*
+ * Runs in a process of its own, when the station is gone.
+ */
+#include "daemon/darken.h"
+
+#include <errno.h>
+#include <string.h>
+
+#include "config/config.h"
+#include "daemon/program_drivers.h"
+#include "sim/world.h"
+
+static int open_trigger(struct trigger **out, const char *address, struct diag *diag)
+{
+	const char *rest;
+	const struct trigger_driver *driver =
+		trigger_driver_find(trigger_drivers, address, &rest, diag);
+
+	return driver ? driver->open(out, rest, diag) : -EINVAL;
+}
+
+static int darken_trigger(const char *address, struct diag *diag)
+{
+	struct trigger *trigger;
+	int err = open_trigger(&trigger, address, diag);
+
+	if (err)
+		return err;
+	trigger->driver->disarm(trigger);
+	trigger->driver->close(trigger);
+	return 0;
+}
+
+enum exit_code darken(const char *config_path, struct diag *diag)
+{
+	static struct config config; /* large */
+	struct sim_options any = {0};
+	int err = config_load(&config, config_path, diag);
+
+	if (err)
+		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+	bool simulated = strncmp(config.trigger, "sim", 3) == 0;
+	if (simulated)
+		err = sim_world_open(&any, 0, diag); /* its trigger wants a world */
+	if (!err)
+		err = darken_trigger(config.trigger, diag);
+	if (simulated)
+		sim_world_close();
+	return exit_code_of(err, EXIT_CODE_DEVICE);
+}
