@@ -88,6 +88,7 @@ static int start(struct demo *demo, struct diag *diag)
 		return r;
 	referee_init(&demo->referee, demo->stand.scene, demo->stand.epoch_ns);
 	demo->facts.camera_count = demo->stand.camera_count;
+	demo->facts.hd_camera_count = demo->stand.hd_count;
 	demo->facts.rate_hz = demo->stand.rate_hz;
 	if (!demo->options.sim)
 		say(demo, "starting the GigE Vision cameras");
@@ -121,6 +122,7 @@ static void take_set(struct demo *demo, const struct stage_marker_set *set)
 		demo->first_set_ns = now_ns;
 		demo->next_show_ns = now_ns + NS_PER_S;
 	}
+	demo->facts.hd_shots += set->is_hd;
 	referee_judge(&demo->referee, set, now_ns);
 }
 
@@ -214,6 +216,8 @@ static int run(struct demo *demo, struct diag *diag)
 	if (r < 0 && r != -EINTR)
 		explain_children(demo, diag);
 	demo->end_ns = clock_now_ns();
+	if (r == 0)
+		report_ask(&demo->facts.station, demo->stand.dir);
 	stand_stop(&demo->stand);
 	if (r == -EINTR)
 		return EXIT_INTERRUPTED;

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #define EXIT_USAGE 2
+#define HD_MAX 3
 
 static const char usage[] =
 	"usage: ./stage demo [options]\n"
@@ -16,8 +17,10 @@ static const char usage[] =
 	"compares\n"
 	"what comes with the truth, and ends with a summary.\n"
 	"  --seconds N    how long to judge the stream; default 20\n"
-	"  --sim          8 cameras at 120 Hz inside the station; default: 4 GigE Vision cameras\n"
-	"                 at 60 Hz over loopback\n"
+	"  --sim          8 cameras at 120 Hz and 3 HD cameras at 30 Hz inside the station; "
+	"default:\n"
+	"                 4 GigE Vision cameras at 60 Hz over loopback\n"
+	"  --hd N         with --sim: as many HD cameras, 0 to 3\n"
 	"  --json         print the summary as one JSON object\n"
 	"  --scene NAME   rest, talking (the default) or turning\n"
 	"  --seed N       of face, motion and noise; default 1\n"
@@ -27,10 +30,15 @@ static const char usage[] =
 	"than 1 % of the shots lost; 2 wrong usage; 3 something could not be started.\n";
 
 static const struct option long_options[] = {
-	{"seconds", required_argument, NULL, 's'}, {"sim", no_argument, NULL, 'i'},
-	{"json", no_argument, NULL, 'j'},          {"scene", required_argument, NULL, 'c'},
-	{"seed", required_argument, NULL, 'd'},    {"keep", required_argument, NULL, 'k'},
-	{"help", no_argument, NULL, 'h'},          {NULL, 0, NULL, 0},
+	{"seconds", required_argument, NULL, 's'},
+	{"sim", no_argument, NULL, 'i'},
+	{"json", no_argument, NULL, 'j'},
+	{"scene", required_argument, NULL, 'c'},
+	{"seed", required_argument, NULL, 'd'},
+	{"keep", required_argument, NULL, 'k'},
+	{"hd", required_argument, NULL, 'n'},
+	{"help", no_argument, NULL, 'h'},
+	{NULL, 0, NULL, 0},
 };
 
 static void end_wrong_usage(const char *option, const char *text, const char *expected)
@@ -60,9 +68,17 @@ static uint64_t parse_seed(const char *text)
 	return (uint64_t)seed;
 }
 
+static uint32_t parse_hd(const char *text)
+{
+	if (text[0] < '0' || text[0] > '0' + HD_MAX || text[1])
+		end_wrong_usage("--hd", text, "a number from 0 to 3");
+	return (uint32_t)(text[0] - '0');
+}
+
 struct demo_options demo_options_parse(int argc, char **argv)
 {
 	struct demo_options o = {.seconds = 20, .scene = "talking", .seed = 1};
+	const char *hd = NULL;
 
 	for (int c; (c = getopt_long(argc, argv, "", long_options, NULL)) != -1;) {
 		if (c == 's')
@@ -75,6 +91,8 @@ struct demo_options demo_options_parse(int argc, char **argv)
 			o.scene = optarg;
 		else if (c == 'd')
 			o.seed = parse_seed(optarg);
+		else if (c == 'n')
+			hd = optarg;
 		else if (c == 'k')
 			o.keep_dir = optarg;
 		else {
@@ -84,5 +102,8 @@ struct demo_options demo_options_parse(int argc, char **argv)
 	}
 	if (optind < argc)
 		end_wrong_usage("argument", argv[optind], "expected");
+	if (hd && !o.sim)
+		end_wrong_usage("--hd", hd, "possible without --sim");
+	o.hd_count = hd ? parse_hd(hd) : o.sim ? HD_MAX : 0;
 	return o;
 }

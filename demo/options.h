@@ -9,7 +9,8 @@
 struct demo_options {
 	double seconds;
 	bool json;
-	bool sim; /* cameras inside the station, instead of GigE Vision ones */
+	bool sim;          /* cameras inside the station, instead of GigE Vision ones */
+	uint32_t hd_count; /* HD cameras beside them, only with sim */
 	const char *scene;
 	uint64_t seed;
 	const char *keep_dir; /* NULL: a temporary directory, removed at the end */

@@ -119,13 +119,41 @@ static void show_verdict(FILE *out, const struct results *r, const struct demo_f
 		facts->ended_early ? " the stream ended early;" : "");
 }
 
+static void show_station(FILE *out, const struct demo_facts *facts)
+{
+	const struct station_report *station = &facts->station;
+
+	if (!station->known)
+		return;
+	for (uint32_t i = 0; i < station->hd_count; i++) {
+		const struct hd_report *hd = &station->hd[i];
+		char phase[16] = "unknown";
+
+		if (hd->phase_known)
+			snprintf(phase, sizeof(phase), "%u", hd->phase);
+		fprintf(out,
+			"%-10s %" PRIu64 " frames, %" PRIu64 " lost, phase %s, %" PRIu64
+			" off phase\n",
+			hd->name, hd->frames, hd->lost, phase, hd->off_phase);
+	}
+	if (facts->hd_camera_count)
+		fprintf(out, "HD shots   %" PRIu64 " of the marker sets name an HD frame\n",
+			facts->hd_shots);
+	if (!facts->cameras_counted)
+		fprintf(out, "simulator  %" PRIu64 " frames handed over late\n", station->sim_late);
+}
+
 void show_summary(FILE *out, const struct referee *referee, const struct results *r,
 		  const struct demo_facts *facts)
 {
+	char hd[40] = "";
+
+	if (facts->hd_camera_count)
+		snprintf(hd, sizeof(hd), " and %u HD cameras", facts->hd_camera_count);
 	fprintf(out,
-		"%u cameras (%s) at %.4g Hz, scene %s, seed %" PRIu64 ": judged for %.1f s, "
+		"%u cameras (%s) at %.4g Hz%s, scene %s, seed %" PRIu64 ": judged for %.1f s, "
 		"first right label after %.1f s\n",
-		facts->camera_count, facts->mode, facts->rate_hz, facts->scene, facts->seed,
+		facts->camera_count, facts->mode, facts->rate_hz, hd, facts->scene, facts->seed,
 		facts->seconds, facts->startup_s);
 	fprintf(out,
 		"shots      %" PRIu64 " expected, %" PRIu64 " received (%.1f per second), %" PRIu64
@@ -154,6 +182,7 @@ void show_summary(FILE *out, const struct referee *referee, const struct results
 			" of them over 1 ms late, %" PRIu64 " never sent\n",
 			facts->cameras.frames_sent, facts->cameras.frames_late,
 			facts->cameras.frames_skipped);
+	show_station(out, facts);
 	show_verdict(out, r, facts);
 }
 
@@ -182,15 +211,35 @@ static json_t *json_labels(const struct referee *referee, const struct results *
 		(json_int_t)referee->wrong_count, "swapped", (json_int_t)referee->swapped_count);
 }
 
+/* Cameras in the station know nothing but how often they were late. */
 static json_t *json_simulator(const struct demo_facts *facts)
 {
 	const struct camera_counts *counts = &facts->cameras;
 
 	if (!facts->cameras_counted)
-		return json_null();
+		return facts->station.known ? json_pack("{sI}", "frames_late",
+							(json_int_t)facts->station.sim_late)
+					    : json_null();
 	return json_pack("{sI sI sI}", "frames_sent", (json_int_t)counts->frames_sent,
 			 "frames_late", (json_int_t)counts->frames_late, "frames_skipped",
 			 (json_int_t)counts->frames_skipped);
+}
+
+static json_t *json_hd(const struct demo_facts *facts)
+{
+	json_t *cameras = json_array();
+
+	for (uint32_t i = 0; i < facts->station.hd_count; i++) {
+		const struct hd_report *hd = &facts->station.hd[i];
+
+		json_array_append_new(
+			cameras,
+			json_pack("{ss sI sI so sI}", "name", hd->name, "frames",
+				  (json_int_t)hd->frames, "lost", (json_int_t)hd->lost, "phase",
+				  hd->phase_known ? json_integer(hd->phase) : json_null(),
+				  "off_phase", (json_int_t)hd->off_phase));
+	}
+	return json_pack("{sI so}", "shots", (json_int_t)facts->hd_shots, "cameras", cameras);
 }
 
 void show_json(FILE *out, const struct referee *referee, const struct results *r,
@@ -207,7 +256,7 @@ void show_json(FILE *out, const struct referee *referee, const struct results *r
 		number(r->latency_p50_ms), "p99", number(r->latency_p99_ms), "timestamp_error_us",
 		"p50", number(r->timestamp_p50_us), "max", number(r->timestamp_max_us),
 		"beyond_bound", (json_int_t)referee->beyond_bound_count, "simulator",
-		json_simulator(facts), "passed", demo_has_passed(r, facts));
+		json_simulator(facts), "hd", json_hd(facts), "passed", demo_has_passed(r, facts));
 
 	json_dumpf(root, out, JSON_INDENT(2) | JSON_REAL_PRECISION(6));
 	fputc('\n', out);

@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "demo/referee.h"
+#include "demo/report.h"
 #include "demo/stand.h"
 
 struct demo_facts {
@@ -19,7 +20,10 @@ struct demo_facts {
 	double startup_s;     /* from start to the first right label; NaN = none came */
 	bool cameras_counted; /* `cameras` is known */
 	struct camera_counts cameras;
-	bool ended_early; /* the stream ended before its time */
+	struct station_report station;
+	uint32_t hd_camera_count;
+	uint64_t hd_shots; /* marker sets that name an HD frame */
+	bool ended_early;  /* the stream ended before its time */
 };
 
 /* Clears the terminal and draws the state: the worst labels first, as many as fit. */

@@ -77,7 +77,7 @@ static int write_files(const struct stand *stand, const struct demo_options *opt
 	char extra[9000], addresses[CAMERA_MAX][80];
 	const char *pointers[CAMERA_MAX];
 
-	for (uint32_t i = 0; i < stand->camera_count; i++) {
+	for (uint32_t i = 0; i < stand->camera_count + stand->hd_count; i++) {
 		if (options->sim)
 			snprintf(addresses[i], sizeof(addresses[i]), "sim:%s",
 				 sim_scene_camera_name(stand->scene, i));
@@ -99,11 +99,13 @@ int stand_init(struct stand *stand, const struct demo_options *options, struct d
 {
 	memset(stand, 0, sizeof(*stand));
 	stand->camera_count = options->sim ? SIM_CAMERAS : GIGE_CAMERAS;
+	stand->hd_count = options->hd_count;
 	stand->rate_hz = options->sim ? SIM_RATE_HZ : GIGE_RATE_HZ;
 	struct sim_options scene = {.scene = options->scene,
 				    .seed = options->seed,
 				    .camera_count = stand->camera_count,
-				    .rate_hz = stand->rate_hz};
+				    .rate_hz = stand->rate_hz,
+				    .hd_camera_count = stand->hd_count};
 	int r = sim_scene_create(&stand->scene, &scene, diag);
 	if (r == 0)
 		r = make_dir(stand, options, diag);

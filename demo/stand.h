@@ -16,7 +16,7 @@ struct stand {
 	bool keep_dir;
 	struct sim_scene *scene; /* owned */
 	int64_t epoch_ns;        /* scene time 0 on CLOCK_MONOTONIC */
-	uint32_t camera_count;
+	uint32_t camera_count, hd_count;
 	double rate_hz;
 	struct child cameras; /* serves GigE Vision; not started for in-process cameras */
 	struct child station;
