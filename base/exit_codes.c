@@ -16,7 +16,8 @@ static const struct {
 	{EXIT_CODE_DEVICE, "a device is missing, busy or not what it should be"},
 	{EXIT_CODE_CONNECTION, "no station answers, or the connection broke"},
 	{EXIT_CODE_INCOMPLETE, "ended before all that was asked for had come"},
-	{EXIT_CODE_RUNNING, "a station is already running here"},
+	{EXIT_CODE_RUNNING, "a station is already running here, or in a state that forbids it"},
+	{EXIT_CODE_PERMISSION, "not permitted: the caller is not in the group that it takes"},
 };
 
 void exit_codes_print(FILE *out)

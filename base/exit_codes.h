@@ -14,6 +14,7 @@ enum exit_code {
 	EXIT_CODE_CONNECTION = 5,
 	EXIT_CODE_INCOMPLETE = 6,
 	EXIT_CODE_RUNNING = 7,
+	EXIT_CODE_PERMISSION = 8,
 };
 
 void exit_codes_print(FILE *out);

@@ -1,5 +1,5 @@
 /*
- * One varlink call over a Unix socket: a JSON object and a NUL each way.
+ * Varlink calls over a Unix socket: a JSON object and a NUL each way.
  */
 #include "ctl/control_client.h"
 
@@ -44,51 +44,118 @@ static int connect_station(int *out_fd, const char *socket_dir)
 	return 0;
 }
 
-static int send_call(int fd, const char *method, json_t *parameters)
+struct connection {
+	int fd;
+	char *bytes; /* owned; received and not yet used */
+	size_t size, room;
+};
+
+static int send_call(int fd, const char *method, json_t *parameters, bool more)
 {
-	json_t *call = json_pack("{s:s, s:o}", "method", method, "parameters",
-				 parameters ? parameters : json_object());
+	json_t *call = json_pack("{s:s, s:o, s:b}", "method", method, "parameters",
+				 parameters ? parameters : json_object(), "more", more);
 	char *text = json_dumps(call, JSON_COMPACT);
 	int err = text ? 0 : -ENOMEM;
 
 	json_decref(call);
 	for (size_t sent = 0, size = text ? strlen(text) + 1 : 0; sent < size;) {
-		ssize_t more = send(fd, text + sent, size - sent, MSG_NOSIGNAL);
+		ssize_t sent_now = send(fd, text + sent, size - sent, MSG_NOSIGNAL);
 
-		if (more <= 0) {
+		if (sent_now <= 0) {
 			err = -errno;
 			break;
 		}
-		sent += (size_t)more;
+		sent += (size_t)sent_now;
 	}
 	free(text);
 	return err;
 }
 
-/* `*out` is the caller's, also on failure (may be NULL). */
-static int receive_reply(int fd, char **out)
+static int receive_more(struct connection *connection)
 {
-	size_t size = 0, room = 0;
+	if (connection->size == connection->room) {
+		size_t room = connection->room ? 2 * connection->room : 65536;
+		char *bigger = room <= REPLY_MAX_BYTES ? realloc(connection->bytes, room) : NULL;
+
+		if (!bigger)
+			return -ENOMEM;
+		connection->bytes = bigger;
+		connection->room = room;
+	}
+	ssize_t got = recv(connection->fd, connection->bytes + connection->size,
+			   connection->room - connection->size, 0);
+
+	if (got <= 0)
+		return got < 0 ? -errno : -ECONNRESET;
+	connection->size += (size_t)got;
+	return 0;
+}
+
+/* Until a whole reply is at the front of the bytes; *size_bytes includes its NUL. */
+static int receive_reply(struct connection *connection, size_t *size_bytes)
+{
+	size_t seen = 0;
 
 	for (;;) {
-		if (size == room) {
-			room = room ? 2 * room : 65536;
-			char *bigger = room <= REPLY_MAX_BYTES ? realloc(*out, room) : NULL;
-			if (!bigger)
-				return -ENOMEM;
-			*out = bigger;
-		}
-		ssize_t got = recv(fd, *out + size, room - size, 0);
-		if (got <= 0)
-			return got < 0 ? -errno : -ECONNRESET;
-		size += (size_t)got;
-		if ((*out)[size - 1] == '\0')
+		char *from = connection->bytes ? connection->bytes + seen : NULL;
+		char *end = from ? memchr(from, '\0', connection->size - seen) : NULL;
+
+		if (end) {
+			*size_bytes = (size_t)(end - connection->bytes) + 1;
 			return 0;
+		}
+		seen = connection->size;
+		int err = receive_more(connection);
+		if (err)
+			return err;
 	}
 }
 
+/* Prints what the station says, and returns the exit code that it names. */
+static int report_failed(const json_t *parameters)
+{
+	json_t *messages = json_object_get(parameters, "messages");
+	json_int_t code = json_integer_value(json_object_get(parameters, "exit_code"));
+	size_t index;
+	json_t *message;
+
+	json_array_foreach(messages, index, message)
+		fprintf(stderr, "stagectl: %s\n", json_string_value(message));
+	return code > EXIT_CODE_OK && code <= EXIT_CODE_PERMISSION ? (int)code : EXIT_CODE_INTERNAL;
+}
+
+static const char *text_of(const json_t *parameters, const char *key)
+{
+	const char *text = json_string_value(json_object_get(parameters, key));
+
+	return text ? text : "?";
+}
+
+static int report_error(const char *error, const json_t *parameters)
+{
+	if (strcmp(error, "org.stage.Control.Failed") == 0)
+		return report_failed(parameters);
+	if (strcmp(error, "org.stage.Control.WrongState") == 0) {
+		fprintf(stderr, "stagectl: the station is %s: this cannot be done now\n",
+			text_of(parameters, "state"));
+		return EXIT_CODE_RUNNING;
+	}
+	if (strcmp(error, "org.stage.Control.PermissionDenied") == 0) {
+		fprintf(stderr,
+			"stagectl: not permitted: it takes the group %s; add yourself to it and "
+			"log in again\n",
+			text_of(parameters, "group"));
+		return EXIT_CODE_PERMISSION;
+	}
+	char *details = json_dumps(parameters, JSON_COMPACT);
+
+	fprintf(stderr, "stagectl: the station refused: %s %s\n", error, details ? details : "");
+	free(details);
+	return EXIT_CODE_DEVICE;
+}
+
 /* The reply's parameters, or a message for its error. */
-static int unpack_reply(json_t **out, const char *text)
+static int unpack_reply(json_t **out, bool *continues, const char *text)
 {
 	json_t *reply = json_loads(text, 0, NULL);
 	const char *error = json_string_value(json_object_get(reply, "error"));
@@ -96,43 +163,87 @@ static int unpack_reply(json_t **out, const char *text)
 	int code = EXIT_CODE_OK;
 
 	if (error) {
-		char *details = json_dumps(parameters, JSON_COMPACT);
-
-		fprintf(stderr, "stagectl: the station refused: %s %s\n", error,
-			details ? details : "");
-		free(details);
-		code = EXIT_CODE_DEVICE;
+		code = report_error(error, parameters);
 	} else if (!json_is_object(parameters)) {
 		fputs("stagectl: what answers is no station: it sends no JSON reply\n", stderr);
 		code = EXIT_CODE_CONNECTION;
 	} else {
+		*continues = json_is_true(json_object_get(reply, "continues"));
 		*out = json_incref(parameters);
 	}
 	json_decref(reply);
 	return code;
 }
 
-int control_ask(json_t **out, const char *socket_dir, const char *method, json_t *parameters)
+static int next_reply(json_t **out, bool *continues, struct connection *connection,
+		      const char *socket_dir)
 {
-	char *text = NULL;
-	int fd;
-	int code = connect_station(&fd, socket_dir);
+	size_t size_bytes;
+	int err = receive_reply(connection, &size_bytes);
+
+	if (err) {
+		fprintf(stderr, "stagectl: %s: the station stopped answering: %s\n", socket_dir,
+			strerror(-err));
+		return EXIT_CODE_CONNECTION;
+	}
+	int code = unpack_reply(out, continues, connection->bytes);
+	connection->size -= size_bytes;
+	memmove(connection->bytes, connection->bytes + size_bytes, connection->size);
+	return code;
+}
+
+static int begin_call(struct connection *connection, const char *socket_dir, const char *method,
+		      json_t *parameters, bool more)
+{
+	*connection = (struct connection){.fd = -1};
+	int code = connect_station(&connection->fd, socket_dir);
 
 	if (code) {
 		json_decref(parameters);
 		return code;
 	}
-	int err = send_call(fd, method, parameters);
+	int err = send_call(connection->fd, method, parameters, more);
 	if (!err)
-		err = receive_reply(fd, &text);
-	close(fd);
-	if (err) {
-		fprintf(stderr, "stagectl: %s: the station stopped answering: %s\n", socket_dir,
-			strerror(-err));
-		free(text);
-		return EXIT_CODE_CONNECTION;
+		return EXIT_CODE_OK;
+	fprintf(stderr, "stagectl: %s: the station does not listen: %s\n", socket_dir,
+		strerror(-err));
+	return EXIT_CODE_CONNECTION;
+}
+
+static void end_call(struct connection *connection)
+{
+	if (connection->fd >= 0)
+		close(connection->fd);
+	free(connection->bytes);
+}
+
+int control_ask(json_t **out, const char *socket_dir, const char *method, json_t *parameters)
+{
+	struct connection connection;
+	bool continues;
+	int code = begin_call(&connection, socket_dir, method, parameters, false);
+
+	if (code == EXIT_CODE_OK)
+		code = next_reply(out, &continues, &connection, socket_dir);
+	end_call(&connection);
+	return code;
+}
+
+int control_follow(const char *socket_dir, const char *method, control_reply_fn *take, void *user)
+{
+	struct connection connection;
+	bool continues = true;
+	int code = begin_call(&connection, socket_dir, method, NULL, true);
+
+	while (code == EXIT_CODE_OK && continues) {
+		json_t *parameters;
+
+		code = next_reply(&parameters, &continues, &connection, socket_dir);
+		if (code == EXIT_CODE_OK) {
+			continues &= take(parameters, user);
+			json_decref(parameters);
+		}
 	}
-	code = unpack_reply(out, text);
-	free(text);
+	end_call(&connection);
 	return code;
 }

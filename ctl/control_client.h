@@ -4,7 +4,15 @@
 #pragma once
 
 #include <jansson.h>
+#include <stdbool.h>
 
 /* Calls `method` with `parameters` (taken over; NULL for none). Returns 0 and the reply's
  * parameters (the caller's) or an exit code, after a message on stderr that says what is wrong. */
 int control_ask(json_t **out, const char *socket_dir, const char *method, json_t *parameters);
+
+/* Gets the parameters of one reply; false: enough. */
+typedef bool control_reply_fn(const json_t *parameters, void *user);
+
+/* Calls a method that replies again and again, until the station or `take` ends it. Returns 0 or an
+ * exit code, as control_ask(). */
+int control_follow(const char *socket_dir, const char *method, control_reply_fn *take, void *user);

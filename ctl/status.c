@@ -5,10 +5,13 @@
 #include <jansson.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
 #include "ctl/control_client.h"
+
+#define CLEAR_SCREEN "\033[H\033[J"
 
 static const char *text_of(const json_t *object, const char *key)
 {
@@ -124,31 +127,51 @@ static void print_status(const json_t *status)
 	print_subscribers(json_object_get(status, "stream"));
 }
 
+struct view {
+	bool json, follow;
+};
+
+static bool show(const json_t *parameters, void *user)
+{
+	const struct view *view = user;
+	const json_t *status = json_object_get(parameters, "status");
+
+	if (view->json) {
+		json_dumpf(status, stdout, JSON_COMPACT);
+		putchar('\n');
+	} else {
+		if (view->follow && isatty(STDOUT_FILENO))
+			fputs(CLEAR_SCREEN, stdout);
+		print_status(status);
+		if (view->follow)
+			putchar('\n');
+	}
+	fflush(stdout);
+	return !ferror(stdout);
+}
+
 int verb_status(const struct verb *verb, int argc, char **argv)
 {
 	const char *socket_dir = DEFAULT_SOCKET_DIR;
-	bool json = false;
-	json_t *reply;
+	struct view view = {0};
 	const struct argument arguments[] = {
 		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
 		 .text = &socket_dir},
-		{"json", NULL, "print one JSON object", .flag = &json},
+		{"follow", NULL, "again every second, until interrupted", .flag = &view.follow},
+		{"json", NULL, "print one JSON object, or one a line", .flag = &view.json},
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, NULL, 0);
 
 	if (parsed != ARGUMENTS_OK)
 		return arguments_exit_code(parsed);
+	if (view.follow)
+		return control_follow(socket_dir, "org.stage.Control.GetStatus", show, &view);
+	json_t *reply;
 	int code = control_ask(&reply, socket_dir, "org.stage.Control.GetStatus", NULL);
 	if (code)
 		return code;
-	const json_t *status = json_object_get(reply, "status");
-	if (json) {
-		json_dumpf(status, stdout, JSON_COMPACT);
-		putchar('\n');
-	} else {
-		print_status(status);
-	}
+	show(reply, &view);
 	json_decref(reply);
 	return EXIT_CODE_OK;
 }

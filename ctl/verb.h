@@ -12,6 +12,8 @@ struct verb {
 	int (*run)(const struct verb *verb, int argc, char **argv);
 };
 
+int verb_start(const struct verb *verb, int argc, char **argv);
+int verb_stop(const struct verb *verb, int argc, char **argv);
 int verb_status(const struct verb *verb, int argc, char **argv);
 int verb_camera_list(const struct verb *verb, int argc, char **argv);
 int verb_camera_show(const struct verb *verb, int argc, char **argv);

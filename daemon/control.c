@@ -26,13 +26,15 @@ struct control_client {
 	size_t in_bytes;
 	char *out; /* reply under way, owned */
 	size_t out_bytes, out_sent;
-	int64_t progress_ns; /* when a byte last moved */
-	int preview_camera;
+	int64_t progress_ns;        /* when a byte last moved */
+	enum permission permission; /* when it connected */
+	struct wait wait;
 	bool oneway; /* the request under way wants no reply */
 };
 
 struct control {
 	struct control_context context;
+	struct peer_rules rules;
 	struct control_stats stats;
 	sd_event *event;
 	sd_event_source *source;
@@ -47,7 +49,7 @@ static void client_close(struct control_client *client)
 	close(client->fd);
 	free(client->in);
 	free(client->out);
-	*client = (struct control_client){.fd = -1, .preview_camera = CAMERA_NONE};
+	*client = (struct control_client){.fd = -1};
 }
 
 static void client_cut_off(struct control_client *client)
@@ -58,12 +60,10 @@ static void client_cut_off(struct control_client *client)
 
 static void client_listen(struct control_client *client)
 {
-	bool busy = client->out || client->preview_camera != CAMERA_NONE;
-
 	/* while a reply is under way nothing more is read: a client cannot pile up requests */
-	sd_event_source_set_io_events(client->source, client->out ? EPOLLOUT
-						      : busy      ? EPOLLHUP
-								  : EPOLLIN);
+	sd_event_source_set_io_events(client->source, client->out         ? EPOLLOUT
+						      : client->wait.kind ? EPOLLHUP
+									  : EPOLLIN);
 }
 
 /* False when the client is gone. */
@@ -120,7 +120,8 @@ static bool client_request(struct control_client *client, size_t size_bytes)
 		return false;
 	}
 	client->oneway = json_is_true(json_object_get(request, "oneway"));
-	json_t *reply = control_call(&client->control->context, request, &client->preview_camera);
+	json_t *reply =
+		control_call(&client->control->context, client->permission, request, &client->wait);
 	json_decref(request);
 	if (!reply) {
 		client->progress_ns = clock_real_now_ns();
@@ -132,7 +133,7 @@ static bool client_request(struct control_client *client, size_t size_bytes)
 /* Answers the whole requests that have come, one after the other. */
 static void client_work(struct control_client *client)
 {
-	while (!client->out && client->preview_camera == CAMERA_NONE) {
+	while (!client->out && !client->wait.kind) {
 		char *end = memchr(client->in, '\0', client->in_bytes);
 
 		if (!end)
@@ -143,8 +144,7 @@ static void client_work(struct control_client *client)
 		client->in_bytes -= size_bytes + 1;
 		memmove(client->in, end + 1, client->in_bytes);
 	}
-	if (client->in_bytes == CONTROL_MESSAGE_BYTES && !client->out &&
-	    client->preview_camera == CAMERA_NONE) {
+	if (client->in_bytes == CONTROL_MESSAGE_BYTES && !client->out && !client->wait.kind) {
 		client_cut_off(client);
 		return;
 	}
@@ -227,13 +227,14 @@ static int on_connect(sd_event_source *source, int fd, uint32_t events, void *us
 	client->control = control;
 	client->fd = client_fd;
 	client->in = in;
+	client->permission = peer_permission_of_socket(&control->rules, client_fd);
 	client->progress_ns = clock_real_now_ns();
 	control->stats.accepted_count++;
 	return 0;
 }
 
 int control_create(struct control **out, sd_event *event, const char *path, struct station *station,
-		   struct diag *diag)
+		   const struct peer_rules *rules, struct diag *diag)
 {
 	struct control *control = calloc(1, sizeof(*control));
 
@@ -241,9 +242,9 @@ int control_create(struct control **out, sd_event *event, const char *path, stru
 		return -ENOMEM;
 	control->context = (struct control_context){.station = station, .stats = &control->stats};
 	control->event = event;
+	control->rules = *rules;
 	for (int i = 0; i < CONTROL_CLIENT_MAX; i++)
-		control->clients[i] =
-			(struct control_client){.fd = -1, .preview_camera = CAMERA_NONE};
+		control->clients[i] = (struct control_client){.fd = -1};
 	int err = listen_unix(&control->fd, path, diag);
 	if (err) {
 		free(control);
@@ -280,10 +281,9 @@ void control_set_server(struct control *control, const struct server *server)
 
 static void answer_preview(struct control_client *client, bool ready)
 {
-	json_t *reply =
-		preview_reply(client->control->context.station, client->preview_camera, ready);
+	json_t *reply = preview_reply(client->control->context.station, client->wait.camera, ready);
 
-	client->preview_camera = CAMERA_NONE;
+	client->wait = (struct wait){0};
 	if (client_reply(client, reply))
 		client_work(client);
 }
@@ -300,25 +300,39 @@ void control_answer_previews(struct control *control)
 	for (int i = 0; i < CONTROL_CLIENT_MAX; i++) {
 		struct control_client *client = &control->clients[i];
 
-		if (client->fd >= 0 && client->preview_camera != CAMERA_NONE &&
-		    ready[client->preview_camera])
+		if (client->fd >= 0 && client->wait.kind == WAIT_PREVIEW &&
+		    ready[client->wait.camera])
 			answer_preview(client, true);
 	}
+}
+
+/* One that has not yet read the status before waits for a later one. */
+static void answer_follower(struct control_client *client)
+{
+	if (client->out)
+		return;
+	if (client_reply(client, status_reply(&client->control->context, true)))
+		client_listen(client);
+}
+
+static void client_tick(struct control_client *client, int64_t now_ns)
+{
+	int64_t still_ns = now_ns - client->progress_ns;
+	bool inside_request = client->in_bytes > 0 && !client->wait.kind;
+
+	if ((client->out || inside_request) && still_ns > STALL_NS)
+		client_cut_off(client);
+	else if (client->wait.kind == WAIT_PREVIEW && still_ns > PREVIEW_WAIT_NS)
+		answer_preview(client, false);
+	else if (client->wait.kind == WAIT_STATUS)
+		answer_follower(client);
 }
 
 void control_tick(struct control *control)
 {
 	int64_t now_ns = clock_real_now_ns();
 
-	for (int i = 0; i < CONTROL_CLIENT_MAX; i++) {
-		struct control_client *client = &control->clients[i];
-		int64_t still_ns = now_ns - client->progress_ns;
-
-		if (client->fd < 0)
-			continue;
-		if (client->preview_camera != CAMERA_NONE && still_ns > PREVIEW_WAIT_NS)
-			answer_preview(client, false);
-		else if ((client->out || client->in_bytes > 0) && still_ns > STALL_NS)
-			client_cut_off(client);
-	}
+	for (int i = 0; i < CONTROL_CLIENT_MAX; i++)
+		if (control->clients[i].fd >= 0)
+			client_tick(&control->clients[i], now_ns);
 }

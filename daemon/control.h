@@ -9,6 +9,7 @@
 #include <systemd/sd-event.h>
 
 #include "base/diag.h"
+#include "daemon/peer.h"
 #include "daemon/server.h"
 #include "daemon/station.h"
 
@@ -23,15 +24,18 @@ struct control_stats {
 	uint64_t cut_off_count;
 };
 
-/* Listens on `path`; event loop, station and server are borrowed. Errors as listen_unix(). `server`
- * may be set later with control_set_server(), before the loop runs. */
+/* Listens on `path`; event loop and station are borrowed. Errors as listen_unix(). `rules` say who
+ * may do what. */
 int control_create(struct control **out, sd_event *event, const char *path, struct station *station,
-		   struct diag *diag);
+		   const struct peer_rules *rules, struct diag *diag);
 void control_destroy(struct control *control); /* accepts NULL; removes the socket */
+
+/* Whose figures GetStatus shows; before the loop runs. Borrowed. */
 void control_set_server(struct control *control, const struct server *server);
 
 /* After the station's wake_fd was written: answers those who wait for an image. */
 void control_answer_previews(struct control *control);
 
-/* Once a second: cuts off those who stall, answers previews that never came. */
+/* Once a second: the status for those who follow it; cuts off those who stall, answers previews
+ * that never came. */
 void control_tick(struct control *control);

@@ -1,211 +1,134 @@
 /*
- * org.varlink.service and org.stage.Control.
+ * The methods of org.stage.Control: a table with who may call them.
+ * protocol/org.stage.Control.varlink describes them to the world.
  */
 #include "daemon/control_methods.h"
 
-#include <stdlib.h>
 #include <string.h>
 
-static const char service_interface[] =
-	"interface org.varlink.service\n\n"
-	"method GetInfo() -> (vendor: string, product: string, version: string, url: string, "
-	"interfaces: []string)\n"
-	"method GetInterfaceDescription(interface: string) -> (description: string)\n\n"
-	"error InterfaceNotFound (interface: string)\n"
-	"error MethodNotFound (method: string)\n"
-	"error MethodNotImplemented (method: string)\n"
-	"error InvalidParameter (parameter: string)\n";
+#include "base/log.h"
 
-static const char control_interface[] =
-	"# A motion-capture station\n"
-	"interface org.stage.Control\n\n"
-	"# State, cameras, losses by cause, latencies, subscribers\n"
-	"method GetStatus() -> (status: object)\n\n"
-	"# The next frame of a camera: rows of grey, rgb or bayer_rg bytes in base64, and the "
-	"spots "
-	"found in it\n"
-	"method Preview(camera: string) -> (camera: string, width_px: int, height_px: int, "
-	"format: string, mid_exposure_ns: int, pixels: string, blobs: []object, shot: ?int)\n\n"
-	"error NoSuchCamera (camera: string, cameras: []string)\n"
-	"error NoFrame (camera: string, state: string)\n";
-
-static json_t *reply_error(const char *error, const char *name, const char *value)
+static json_t *get_status(struct call *call)
 {
-	return json_pack("{s:s, s:{s:s}}", "error", error, "parameters", name, value);
+	if (call->more)
+		call->wait->kind = WAIT_STATUS;
+	return status_reply(call->context, call->more);
 }
 
-static json_t *reply_result(json_t *parameters)
+json_t *status_reply(const struct control_context *context, bool more)
 {
-	return json_pack("{s:o}", "parameters", parameters);
+	json_t *parameters = json_pack("{s:o}", "status", station_status_json(context));
+
+	return more ? varlink_continues(parameters) : varlink_result(parameters);
 }
 
-static json_t *get_info(void)
+static json_t *messages_json(const struct diag *diag)
 {
-	return reply_result(json_pack("{s:s, s:s, s:s, s:s, s:[s,s]}", "vendor", "stage", "product",
-				      "staged", "version", STAGE_VERSION, "url", "", "interfaces",
-				      "org.varlink.service", "org.stage.Control"));
-}
+	json_t *messages = json_array();
 
-static json_t *get_interface_description(const json_t *parameters)
-{
-	const char *name = json_string_value(json_object_get(parameters, "interface"));
-	const char *text = NULL;
+	for (const char *line = diag->text; line && *line;) {
+		size_t length = strcspn(line, "\n");
+		json_t *message = json_stringn(line, length);
 
-	if (!name)
-		return reply_error("org.varlink.service.InvalidParameter", "parameter",
-				   "interface");
-	if (strcmp(name, "org.varlink.service") == 0)
-		text = service_interface;
-	else if (strcmp(name, "org.stage.Control") == 0)
-		text = control_interface;
-	if (!text)
-		return reply_error("org.varlink.service.InterfaceNotFound", "interface", name);
-	return reply_result(json_pack("{s:s}", "description", text));
-}
-
-static json_t *no_such_camera(const struct station *station, const char *name)
-{
-	json_t *known = json_array();
-
-	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
-		json_array_append_new(known, json_string(station->captures[c].name));
-	return json_pack("{s:s, s:{s:s, s:o}}", "error", "org.stage.Control.NoSuchCamera",
-			 "parameters", "camera", name, "cameras", known);
-}
-
-static json_t *preview(struct station *station, const json_t *parameters, int *preview_camera)
-{
-	const char *name = json_string_value(json_object_get(parameters, "camera"));
-
-	if (!name)
-		return reply_error("org.varlink.service.InvalidParameter", "parameter", "camera");
-	for (uint32_t c = 0; c < station->stage.config.camera_count; c++) {
-		struct capture *capture = &station->captures[c];
-
-		if (strcmp(capture->name, name) != 0)
-			continue;
-		if (atomic_load(&capture->state) != CAPTURE_RUNNING)
-			return preview_reply(station, (int)c, false);
-		capture_request_preview(capture);
-		*preview_camera = (int)c;
-		return NULL;
+		json_array_append_new(messages, message ? message : json_string("(not UTF-8)"));
+		line += length + (line[length] == '\n');
 	}
-	return no_such_camera(station, name);
+	return messages;
 }
 
-json_t *control_call(const struct control_context *context, const json_t *request,
-		     int *preview_camera)
+static json_t *wrong_state(const struct call *call)
 {
-	const char *method = json_string_value(json_object_get(request, "method"));
-	const json_t *parameters = json_object_get(request, "parameters");
-
-	if (strcmp(method, "org.stage.Control.GetStatus") == 0)
-		return reply_result(json_pack("{s:o}", "status", station_status_json(context)));
-	if (strcmp(method, "org.stage.Control.Preview") == 0)
-		return preview(context->station, parameters, preview_camera);
-	if (strcmp(method, "org.varlink.service.GetInfo") == 0)
-		return get_info();
-	if (strcmp(method, "org.varlink.service.GetInterfaceDescription") == 0)
-		return get_interface_description(parameters);
-	return reply_error("org.varlink.service.MethodNotFound", "method", method);
+	return varlink_error("org.stage.Control.WrongState",
+			     json_pack("{s:s, s:s}", "method", call->method, "state",
+				       station_state_name(call->context->station->state)));
 }
 
-static char *base64(const uint8_t *bytes, size_t size_bytes)
+static json_t *state_reply(const struct station *station)
 {
-	static const char digits[] =
-		"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-	char *text = malloc((size_bytes + 2) / 3 * 4 + 1);
-	char *out = text;
-
-	for (size_t i = 0; text && i < size_bytes; i += 3) {
-		size_t left = size_bytes - i;
-		uint32_t three = (uint32_t)bytes[i] << 16 |
-				 (left > 1 ? (uint32_t)bytes[i + 1] << 8 : 0) |
-				 (left > 2 ? bytes[i + 2] : 0u);
-
-		*out++ = digits[three >> 18];
-		*out++ = digits[three >> 12 & 63];
-		*out++ = left > 1 ? digits[three >> 6 & 63] : '=';
-		*out++ = left > 2 ? digits[three & 63] : '=';
-	}
-	if (text)
-		*out = '\0';
-	return text;
+	return varlink_result(json_pack("{s:s, s:i}", "state", station_state_name(station->state),
+					"run", (int)station->run));
 }
 
-static json_t *blobs_json(const struct blob_set *set)
+static json_t *failed(enum exit_code code, const struct diag *diag)
 {
-	json_t *blobs = json_array();
-
-	for (uint32_t b = 0; b < set->blob_count; b++) {
-		const struct blob *blob = &set->blobs[b];
-
-		json_array_append_new(blobs,
-				      json_pack("{s:f, s:f, s:f, s:f, s:i, s:b, s:b, s:b}", "x_px",
-						(double)blob->x_px, "y_px", (double)blob->y_px,
-						"sigma_px", (double)blob->sigma_px, "area_px2",
-						(double)blob->area_px2, "peak", (int)blob->peak,
-						"saturated", (blob->flags & BLOB_SATURATED) != 0,
-						"merged", (blob->flags & BLOB_MERGED) != 0, "edge",
-						(blob->flags & BLOB_EDGE) != 0));
-	}
-	return blobs;
+	return varlink_error(
+		"org.stage.Control.Failed",
+		json_pack("{s:i, s:o}", "exit_code", (int)code, "messages", messages_json(diag)));
 }
 
-static json_t *image_json(const char *camera, const uint8_t *bytes, size_t size_bytes, int width_px,
-			  int height_px, enum pixel_format format, int64_t mid_exposure_ns,
-			  json_t *blobs)
+static json_t *begin(struct call *call, enum station_event how)
 {
-	static const char *const formats[] = {
-		[PIXEL_GREY8] = "grey", [PIXEL_RGB8] = "rgb", [PIXEL_BAYER_RG8] = "bayer_rg"};
-	char *pixels = base64(bytes, size_bytes);
-	json_t *image = json_pack("{s:s, s:i, s:i, s:s, s:I, s:s, s:o}", "camera", camera,
-				  "width_px", width_px, "height_px", height_px, "format",
-				  formats[format], "mid_exposure_ns", (json_int_t)mid_exposure_ns,
-				  "pixels", pixels ? pixels : "", "blobs", blobs);
+	struct station *station = call->context->station;
+	struct diag diag = {0};
+	enum exit_code code = station_start(station, how, &diag);
+	json_t *reply = code == EXIT_CODE_OK        ? state_reply(station)
+			: code == EXIT_CODE_RUNNING ? wrong_state(call)
+						    : failed(code, &diag);
 
-	free(pixels);
-	return image;
+	if (code == EXIT_CODE_OK)
+		log_info("%s, told by an operator", station_state_name(station->state));
+	diag_finish(&diag);
+	return reply;
 }
 
-static json_t *ir_image_json(const struct capture *capture)
+static json_t *start(struct call *call)
 {
-	const struct preview *image = &capture->preview;
-
-	return image_json(capture->name, image->pixels, image->size_bytes, image->width_px,
-			  image->height_px, image->format, image->set.mid_exposure_ns,
-			  blobs_json(&image->set));
+	return begin(call, STATION_START);
 }
 
-/* The newest frame in the pool; NULL in the rare case that it was overwritten just now. */
-static json_t *hd_image_json(struct capture *capture)
+static json_t *calibrate(struct call *call)
 {
-	struct hd_pool *pool = &capture->hd.pool;
-	const struct hd_frame *frame = hd_pool_hold(pool, hd_pool_newest(pool));
-
-	if (!frame)
-		return NULL;
-	json_t *image =
-		image_json(capture->name, frame->pixels, frame->size_bytes, frame->width_px,
-			   frame->height_px, frame->format, frame->mid_exposure_ns, json_array());
-	uint64_t shot = atomic_load(&frame->shot);
-
-	if (shot != SHOT_UNKNOWN)
-		json_object_set_new(image, "shot", json_integer((json_int_t)shot));
-	hd_pool_release(frame);
-	return image;
+	return begin(call, STATION_CALIBRATE);
 }
 
-json_t *preview_reply(struct station *station, int camera, bool ready)
+static json_t *stop(struct call *call)
 {
-	struct capture *capture = &station->captures[camera];
-	json_t *image = NULL;
+	struct station *station = call->context->station;
 
-	if (ready)
-		image = capture->role == ROLE_IR ? ir_image_json(capture) : hd_image_json(capture);
-	if (image)
-		return reply_result(image);
-	return json_pack("{s:s, s:{s:s, s:s}}", "error", "org.stage.Control.NoFrame", "parameters",
-			 "camera", capture->name, "state",
-			 capture_state_name(atomic_load(&capture->state)));
+	if (!station_stop(station))
+		return wrong_state(call);
+	log_info("stopped, told by an operator");
+	return state_reply(station);
+}
+
+static const struct method {
+	const char *name;
+	enum permission needed;
+	json_t *(*run)(struct call *call);
+} methods[] = {
+	{"org.stage.Control.GetStatus", PERMISSION_LOOK, get_status},
+	{"org.stage.Control.Preview", PERMISSION_LOOK, control_preview},
+	{"org.stage.Control.Start", PERMISSION_COMMAND, start},
+	{"org.stage.Control.Calibrate", PERMISSION_COMMAND, calibrate},
+	{"org.stage.Control.Stop", PERMISSION_COMMAND, stop},
+};
+
+static json_t *permission_denied(const struct method *method)
+{
+	return varlink_error("org.stage.Control.PermissionDenied",
+			     json_pack("{s:s, s:s}", "method", method->name, "group",
+				       method->needed == PERMISSION_LOOK ? PEER_GROUP_LOOK
+									 : PEER_GROUP_COMMAND));
+}
+
+json_t *control_call(const struct control_context *context, enum permission permission,
+		     const json_t *request, struct wait *wait)
+{
+	struct call call = {.context = context,
+			    .method = json_string_value(json_object_get(request, "method")),
+			    .parameters = json_object_get(request, "parameters"),
+			    .more = json_is_true(json_object_get(request, "more")),
+			    .wait = wait};
+
+	if (call.parameters && !json_is_object(call.parameters))
+		return varlink_invalid_parameter("parameters");
+	json_t *reply = varlink_service_call(call.method, call.parameters);
+	if (reply)
+		return reply;
+	for (size_t m = 0; m < sizeof(methods) / sizeof(methods[0]); m++)
+		if (strcmp(methods[m].name, call.method) == 0)
+			return permission >= methods[m].needed ? methods[m].run(&call)
+							       : permission_denied(&methods[m]);
+	return varlink_error("org.varlink.service.MethodNotFound",
+			     json_pack("{s:s}", "method", call.method));
 }

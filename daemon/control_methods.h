@@ -7,6 +7,7 @@
 #include <stdbool.h>
 
 #include "daemon/control.h"
+#include "daemon/varlink.h"
 
 struct control_context {
 	struct station *station;
@@ -14,15 +15,41 @@ struct control_context {
 	const struct control_stats *stats;
 };
 
-#define CAMERA_NONE (-1)
+/* What a client waits for, when its reply is not there at once. */
+enum wait_kind {
+	WAIT_NONE,
+	WAIT_PREVIEW, /* preview_reply() once the camera's image is there */
+	WAIT_STATUS,  /* status_reply() every second, until the client goes */
+};
 
-/* The reply to a request, new; or NULL: then an image of `*preview_camera` was asked for and the
- * reply is preview_reply() once it is there. Never fails: an error is a reply too. */
-json_t *control_call(const struct control_context *context, const json_t *request,
-		     int *preview_camera);
+struct wait {
+	enum wait_kind kind;
+	int camera; /* of WAIT_PREVIEW */
+};
+
+/* A request on its way through the methods. */
+struct call {
+	const struct control_context *context;
+	const char *method;
+	const json_t *parameters; /* an object, or NULL */
+	bool more;                /* the client takes several replies */
+	struct wait *wait;
+};
+
+/* The reply to a request, new; or NULL: then `*wait` says what for. A first reply may come with a
+ * wait for more. Never fails: an error is a reply too. */
+json_t *control_call(const struct control_context *context, enum permission permission,
+		     const json_t *request, struct wait *wait);
+
+/* The methods that have a file of their own. */
+json_t *control_preview(struct call *call);
 
 /* `ready`: the camera's preview slot holds an image; else the reply says that none came. */
 json_t *preview_reply(struct station *station, int camera, bool ready);
+json_t *no_such_camera(const struct station *station, const char *name);
 
 /* The station as GetStatus returns it (status.c). */
 json_t *station_status_json(const struct control_context *context);
+
+/* GetStatus's reply; `more`: another one follows. */
+json_t *status_reply(const struct control_context *context, bool more);

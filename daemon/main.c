@@ -28,6 +28,7 @@ struct program {
 	const char *config_path;
 	const char *socket_dir; /* of the command line, or NULL */
 	bool check, darken;
+	bool idle; /* stay configured until an operator says start */
 	struct station station;
 	struct stream_description description;
 	sd_event *event;
@@ -40,11 +41,12 @@ struct program {
 
 static void print_help(void)
 {
-	puts("Usage: staged --config FILE [--socket-dir DIR] [--check | --darken]\n"
+	puts("Usage: staged --config FILE [--socket-dir DIR] [--idle | --check | --darken]\n"
 	     "Runs a motion-capture station until SIGTERM or SIGINT.\n\nOptions:\n"
 	     "  --config FILE      the stage: rig, layout, cameras\n"
 	     "  --socket-dir DIR   where stream.sock and control.sock go (default: socket_dir of "
 	     "the config)\n"
+	     "  --idle             open and check everything, then wait for stagectl start\n"
 	     "  --check            open and check everything, then exit\n"
 	     "  --darken           switch the strobes of a station that was killed off, then "
 	     "exit\n"
@@ -58,6 +60,7 @@ static int parse_arguments(struct program *program, int argc, char **argv)
 	static const struct option options[] = {
 		{"config", required_argument, NULL, 'c'},
 		{"socket-dir", required_argument, NULL, 's'},
+		{"idle", no_argument, NULL, 'i'},
 		{"check", no_argument, NULL, 'k'},
 		{"darken", no_argument, NULL, 'd'},
 		{"version", no_argument, NULL, 'v'},
@@ -71,6 +74,8 @@ static int parse_arguments(struct program *program, int argc, char **argv)
 			program->config_path = optarg;
 		else if (chosen == 's')
 			program->socket_dir = optarg;
+		else if (chosen == 'i')
+			program->idle = true;
 		else if (chosen == 'k')
 			program->check = true;
 		else if (chosen == 'd')
@@ -84,7 +89,8 @@ static int parse_arguments(struct program *program, int argc, char **argv)
 	}
 	if (program->config_path && optind == argc)
 		return -1;
-	fputs("usage: staged --config FILE [--socket-dir DIR] [--check | --darken]; see staged "
+	fputs("usage: staged --config FILE [--socket-dir DIR] [--idle | --check | --darken]; see "
+	      "staged "
 	      "--help\n",
 	      stderr);
 	return EXIT_CODE_USAGE;
@@ -140,6 +146,7 @@ static enum exit_code open_sockets(struct program *program, struct diag *diag)
 	const char *dir = program->socket_dir ? program->socket_dir
 					      : program->station.stage.config.socket_dir;
 	char control_path[PATH_MAX + 16], stream_path[PATH_MAX + 16];
+	struct peer_rules rules = peer_rules_of_this_machine();
 	int err = make_socket_dir(dir, diag);
 
 	if (err)
@@ -148,7 +155,7 @@ static enum exit_code open_sockets(struct program *program, struct diag *diag)
 	snprintf(stream_path, sizeof(stream_path), "%s/stream.sock", dir);
 	describe_stream(program);
 	err = control_create(&program->control, program->event, control_path, &program->station,
-			     diag);
+			     &rules, diag);
 	if (!err)
 		err = server_create(&program->server, program->event, stream_path,
 				    &program->description, diag);
@@ -231,7 +238,7 @@ static enum exit_code run(struct program *program, struct diag *diag)
 {
 	enum exit_code code = open_sockets(program, diag);
 
-	if (code == EXIT_CODE_OK)
+	if (code == EXIT_CODE_OK && !program->idle)
 		code = station_start(&program->station, STATION_START, diag);
 	if (code != EXIT_CODE_OK)
 		return code;
@@ -239,9 +246,9 @@ static enum exit_code run(struct program *program, struct diag *diag)
 		diag_add(diag, "cannot watch for events");
 		return EXIT_CODE_INTERNAL;
 	}
-	log_info("running: %u cameras, rig %s", program->station.stage.config.camera_count,
-		 program->station.stage.rig.revision);
-	sd_notify(0, "READY=1\nSTATUS=running");
+	log_info("%s: %u cameras, rig %s", station_state_name(program->station.state),
+		 program->station.stage.config.camera_count, program->station.stage.rig.revision);
+	sd_notifyf(0, "READY=1\nSTATUS=%s", station_state_name(program->station.state));
 	int result = sd_event_loop(program->event);
 	sd_notify(0, "STOPPING=1");
 	log_info("stopping");

@@ -133,6 +133,13 @@ static uint64_t sim_late_count(const struct station *station)
 	return late;
 }
 
+static double uptime_s(const struct station *station, int64_t now_ns)
+{
+	bool captures = station_state_captures(station->state);
+
+	return captures ? (double)(now_ns - station->started_ns) / NS_PER_S : 0;
+}
+
 json_t *station_status_json(const struct control_context *context)
 {
 	const struct station *station = context->station;
@@ -143,12 +150,11 @@ json_t *station_status_json(const struct control_context *context)
 		"{s:s, s:s, s:f, s:s, s:s, s:s, s:b, s:b, s:o, s:I, s:{s:f, s:f}, s:o, s:o, "
 		"s:{s:I, s:I, s:I}}",
 		"state", station_state_name(station->state), "version", STAGE_VERSION, "uptime_s",
-		(double)(now_ns - station->started_ns) / NS_PER_S, "config",
-		station->stage.config.path, "rig_revision", station->stage.rig.revision, "trigger",
-		station->stage.config.trigger, "fifo", station_is_realtime(station),
-		"memory_locked", station->memory_locked, "shots", shots_json(station), "sim_late",
-		(json_int_t)sim_late_count(station), "latency_ms", "p50",
-		(double)statistics_latency_ns(&station->statistics, 0.5) / NS_PER_MS, "p99",
+		uptime_s(station, now_ns), "config", station->stage.config.path, "rig_revision",
+		station->stage.rig.revision, "trigger", station->stage.config.trigger, "fifo",
+		station_is_realtime(station), "memory_locked", station->memory_locked, "shots",
+		shots_json(station), "sim_late", (json_int_t)sim_late_count(station), "latency_ms",
+		"p50", (double)statistics_latency_ns(&station->statistics, 0.5) / NS_PER_MS, "p99",
 		(double)statistics_latency_ns(&station->statistics, 0.99) / NS_PER_MS, "cameras",
 		cameras_json(station), "stream", stream_json(context->server, now_ns), "control",
 		"accepted", (json_int_t)control->accepted_count, "refused",

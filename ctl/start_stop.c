@@ -1,0 +1,45 @@
+/*
+ * stagectl start, stop: the state of the running daemon.
+ */
+#include <stdio.h>
+
+#include "base/exit_codes.h"
+#include "ctl/arguments.h"
+#include "ctl/control_client.h"
+
+static int change_state(const struct verb *verb, int argc, char **argv, const char *method)
+{
+	const char *socket_dir = DEFAULT_SOCKET_DIR;
+	bool json = false;
+	json_t *reply;
+	const struct argument arguments[] = {
+		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
+		 .text = &socket_dir},
+		{"json", NULL, "print one JSON object", .flag = &json},
+		{0},
+	};
+	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, NULL, 0);
+
+	if (parsed != ARGUMENTS_OK)
+		return arguments_exit_code(parsed);
+	int code = control_ask(&reply, socket_dir, method, NULL);
+	if (code)
+		return code;
+	if (json)
+		json_dumpf(reply, stdout, JSON_COMPACT);
+	else
+		fputs(json_string_value(json_object_get(reply, "state")), stdout);
+	putchar('\n');
+	json_decref(reply);
+	return EXIT_CODE_OK;
+}
+
+int verb_start(const struct verb *verb, int argc, char **argv)
+{
+	return change_state(verb, argc, argv, "org.stage.Control.Start");
+}
+
+int verb_stop(const struct verb *verb, int argc, char **argv)
+{
+	return change_state(verb, argc, argv, "org.stage.Control.Stop");
+}

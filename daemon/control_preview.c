@@ -1,0 +1,145 @@
+/*
+ * Images over the control socket: asks a camera for its next frame, and packs it when it is there.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "daemon/control_methods.h"
+
+static struct capture *find_camera(const struct station *station, const char *name, int *index)
+{
+	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
+		if (strcmp(station->captures[c].name, name) == 0) {
+			*index = (int)c;
+			return (struct capture *)&station->captures[c];
+		}
+	return NULL;
+}
+
+json_t *no_such_camera(const struct station *station, const char *name)
+{
+	json_t *known = json_array();
+
+	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
+		json_array_append_new(known, json_string(station->captures[c].name));
+	return varlink_error("org.stage.Control.NoSuchCamera",
+			     json_pack("{s:s, s:o}", "camera", name, "cameras", known));
+}
+
+json_t *control_preview(struct call *call)
+{
+	const char *name = json_string_value(json_object_get(call->parameters, "camera"));
+	struct station *station = call->context->station;
+	int index;
+
+	if (!name)
+		return varlink_invalid_parameter("camera");
+	struct capture *capture = find_camera(station, name, &index);
+	if (!capture)
+		return no_such_camera(station, name);
+	if (atomic_load(&capture->state) != CAPTURE_RUNNING)
+		return preview_reply(station, index, false);
+	capture_request_preview(capture);
+	*call->wait = (struct wait){WAIT_PREVIEW, index};
+	return NULL;
+}
+
+static char *base64(const uint8_t *bytes, size_t size_bytes)
+{
+	static const char digits[] =
+		"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+	char *text = malloc((size_bytes + 2) / 3 * 4 + 1);
+	char *out = text;
+
+	for (size_t i = 0; text && i < size_bytes; i += 3) {
+		size_t left = size_bytes - i;
+		uint32_t three = (uint32_t)bytes[i] << 16 |
+				 (left > 1 ? (uint32_t)bytes[i + 1] << 8 : 0) |
+				 (left > 2 ? bytes[i + 2] : 0u);
+
+		*out++ = digits[three >> 18];
+		*out++ = digits[three >> 12 & 63];
+		*out++ = left > 1 ? digits[three >> 6 & 63] : '=';
+		*out++ = left > 2 ? digits[three & 63] : '=';
+	}
+	if (text)
+		*out = '\0';
+	return text;
+}
+
+static json_t *blobs_json(const struct blob_set *set)
+{
+	json_t *blobs = json_array();
+
+	for (uint32_t b = 0; b < set->blob_count; b++) {
+		const struct blob *blob = &set->blobs[b];
+
+		json_array_append_new(blobs,
+				      json_pack("{s:f, s:f, s:f, s:f, s:i, s:b, s:b, s:b}", "x_px",
+						(double)blob->x_px, "y_px", (double)blob->y_px,
+						"sigma_px", (double)blob->sigma_px, "area_px2",
+						(double)blob->area_px2, "peak", (int)blob->peak,
+						"saturated", (blob->flags & BLOB_SATURATED) != 0,
+						"merged", (blob->flags & BLOB_MERGED) != 0, "edge",
+						(blob->flags & BLOB_EDGE) != 0));
+	}
+	return blobs;
+}
+
+static json_t *image_json(const char *camera, const uint8_t *bytes, size_t size_bytes, int width_px,
+			  int height_px, enum pixel_format format, int64_t mid_exposure_ns,
+			  json_t *blobs)
+{
+	static const char *const formats[] = {
+		[PIXEL_GREY8] = "grey", [PIXEL_RGB8] = "rgb", [PIXEL_BAYER_RG8] = "bayer_rg"};
+	char *pixels = base64(bytes, size_bytes);
+	json_t *image = json_pack("{s:s, s:i, s:i, s:s, s:I, s:s, s:o}", "camera", camera,
+				  "width_px", width_px, "height_px", height_px, "format",
+				  formats[format], "mid_exposure_ns", (json_int_t)mid_exposure_ns,
+				  "pixels", pixels ? pixels : "", "blobs", blobs);
+
+	free(pixels);
+	return image;
+}
+
+static json_t *ir_image_json(const struct capture *capture)
+{
+	const struct preview *image = &capture->preview;
+
+	return image_json(capture->name, image->pixels, image->size_bytes, image->width_px,
+			  image->height_px, image->format, image->set.mid_exposure_ns,
+			  blobs_json(&image->set));
+}
+
+/* The newest frame in the pool; NULL in the rare case that it was overwritten just now. */
+static json_t *hd_image_json(struct capture *capture)
+{
+	struct hd_pool *pool = &capture->hd.pool;
+	const struct hd_frame *frame = hd_pool_hold(pool, hd_pool_newest(pool));
+
+	if (!frame)
+		return NULL;
+	json_t *image =
+		image_json(capture->name, frame->pixels, frame->size_bytes, frame->width_px,
+			   frame->height_px, frame->format, frame->mid_exposure_ns, json_array());
+	uint64_t shot = atomic_load(&frame->shot);
+
+	if (shot != SHOT_UNKNOWN)
+		json_object_set_new(image, "shot", json_integer((json_int_t)shot));
+	hd_pool_release(frame);
+	return image;
+}
+
+json_t *preview_reply(struct station *station, int camera, bool ready)
+{
+	struct capture *capture = &station->captures[camera];
+	json_t *image = NULL;
+
+	if (ready)
+		image = capture->role == ROLE_IR ? ir_image_json(capture) : hd_image_json(capture);
+	if (image)
+		return varlink_result(image);
+	return varlink_error("org.stage.Control.NoFrame",
+			     json_pack("{s:s, s:s}", "camera", capture->name, "state",
+				       capture_state_name(atomic_load(&capture->state))));
+}
