@@ -20,6 +20,7 @@
 #include "base/log.h"
 #include "daemon/control.h"
 #include "daemon/darken.h"
+#include "daemon/journal.h"
 #include "daemon/server.h"
 #include "daemon/station.h"
 #include "daemon/watchdog.h"
@@ -273,6 +274,7 @@ int main(int argc, char **argv)
 
 	if (code >= 0)
 		return code;
+	journal_begin();
 	if (program.darken) {
 		code = darken(program.config_path, &diag);
 		diag_print(&diag, stderr);

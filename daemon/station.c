@@ -159,6 +159,7 @@ enum exit_code station_configure(struct station *station, const char *config_pat
 				 struct diag *diag)
 {
 	memset(station, 0, sizeof(*station));
+	station->newest_shot = LOG_NO_SHOT;
 	station->wake_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
 	int err = stage_load(&station->stage, config_path, diag);
 	enum exit_code code =
@@ -235,10 +236,6 @@ enum exit_code station_start(struct station *station, enum station_event how, st
 		diag_add(diag, "a thread hangs in its driver: restart the station");
 		return EXIT_CODE_DEVICE;
 	}
-	if (station->hung) {
-		diag_add(diag, "a thread hangs in its driver: restart the station");
-		return EXIT_CODE_DEVICE;
-	}
 	station->memory_locked = realtime_lock_memory();
 	begin_run(station, how == STATION_START);
 	clock_hold(); /* all start at the same moment of virtual time */
@@ -291,8 +288,10 @@ const struct marker_set *station_next_set(struct station *station)
 {
 	const struct marker_set *set = ring_peek(&station->solver.sets, 0);
 
-	if (set)
+	if (set) {
 		statistics_add_set(&station->statistics, set);
+		station->newest_shot = set->shot;
+	}
 	return set;
 }
 

@@ -33,6 +33,11 @@ bool station_is_realtime(const struct station *station)
 	return realtime;
 }
 
+static struct log_fields about(const struct station *station, const struct capture *capture)
+{
+	return (struct log_fields){.camera = capture->name, .shot = station->newest_shot};
+}
+
 static bool same_images(const struct camera_mode *a, const struct camera_mode *b)
 {
 	return a->width_px == b->width_px && a->height_px == b->height_px && a->format == b->format;
@@ -43,6 +48,7 @@ static void take_back(struct station *station)
 	struct reopener *reopener = &station->reopener;
 	struct capture *capture = &station->captures[reopener->camera];
 	struct camera_mode before = capture->device.granted;
+	struct log_fields camera = about(station, capture);
 	struct diag diag = {0};
 
 	if (reopener->error) {
@@ -51,7 +57,8 @@ static void take_back(struct station *station)
 		return;
 	}
 	if (!same_images(&before, &reopener->device.granted)) {
-		log_error("camera %s: came back with images of another size or format: it stays "
+		log_about(LOG_LEVEL_ERROR, &camera,
+			  "camera %s: came back with images of another size or format: it stays "
 			  "out; restart the station",
 			  capture->name);
 		atomic_store(&capture->state, CAPTURE_STOPPED);
@@ -62,10 +69,10 @@ static void take_back(struct station *station)
 	if (!station_state_captures(station->state)) {
 		capture->lost_since_ns = 0;
 		atomic_store(&capture->state, CAPTURE_STOPPED);
-		log_info("camera %s: is back", capture->name);
+		log_about(LOG_LEVEL_INFO, &camera, "camera %s: is back", capture->name);
 	} else if (capture_start(capture, &diag) == 0) {
 		atomic_fetch_add(&capture->counters.reopened, 1);
-		log_info("camera %s: is back", capture->name);
+		log_about(LOG_LEVEL_INFO, &camera, "camera %s: is back", capture->name);
 	} else {
 		capture_lose(capture, diag.text ? diag.text : "it does not start");
 	}
@@ -79,17 +86,19 @@ static const char *damage_cause(const struct capture *capture)
 	return files_camera_problem(capture->device.camera);
 }
 
-static void watch_damage(struct capture *capture)
+static void watch_damage(const struct station *station, struct capture *capture)
 {
+	struct log_fields camera = about(station, capture);
 	uint64_t bad = atomic_load(&capture->counters.damaged) +
 		       atomic_load(&capture->counters.wrong_size);
 
 	if (!bad || capture->damage_told)
 		return;
 	capture->damage_told = true;
-	log_warning("camera %s: damaged images, missing from their shots: %s; stagectl status "
-		    "counts them",
-		    capture->name, damage_cause(capture));
+	log_about(LOG_LEVEL_WARNING, &camera,
+		  "camera %s: damaged images, missing from their shots: %s; stagectl status "
+		  "counts them",
+		  capture->name, damage_cause(capture));
 }
 
 static const char *lost_cause(const struct capture *capture)
@@ -102,9 +111,10 @@ static const char *lost_cause(const struct capture *capture)
 static void watch_camera(struct station *station, uint32_t index)
 {
 	struct capture *capture = &station->captures[index];
+	struct log_fields camera = about(station, capture);
 	int state = atomic_load(&capture->state);
 
-	watch_damage(capture);
+	watch_damage(station, capture);
 	if (state == CAPTURE_RUNNING)
 		return;
 	if (capture->thread.joinable) {
@@ -112,12 +122,14 @@ static void watch_camera(struct station *station, uint32_t index)
 			return; /* hangs on its way out: named as such, tried again */
 		if (state == CAPTURE_LOST) {
 			capture_lose(capture, lost_cause(capture));
-			log_warning("camera %s: lost: %s; the station runs on without it and looks "
-				    "for it every second",
-				    capture->name, capture->lost_why);
+			log_about(LOG_LEVEL_WARNING, &camera,
+				  "camera %s: lost: %s; the station runs on without it and looks "
+				  "for it every second",
+				  capture->name, capture->lost_why);
 		}
 		if (state == CAPTURE_ENDED)
-			log_info("camera %s: the recording is over", capture->name);
+			log_about(LOG_LEVEL_INFO, &camera, "camera %s: the recording is over",
+				  capture->name);
 	}
 	if (state == CAPTURE_LOST && reopen_begin(&station->reopener, &station->stage,
 						  camera_drivers, index, &capture->device))

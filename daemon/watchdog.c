@@ -9,7 +9,8 @@
 
 #include "base/log.h"
 
-#define THREAD_MAX (CAMERA_MAX + 2)
+#define FIRST_CAMERA 2 /* behind trigger and solver */
+#define THREAD_MAX (FIRST_CAMERA + CAMERA_MAX)
 #define LOOKS_PER_INTERVAL 4
 
 static uint32_t list_threads(struct station *station, struct realtime_thread *threads[THREAD_MAX])
@@ -23,16 +24,18 @@ static uint32_t list_threads(struct station *station, struct realtime_thread *th
 	return count;
 }
 
-static void watch_one(struct realtime_thread *thread, int64_t still_ns)
+static void watch_one(struct realtime_thread *thread, const struct log_fields *about,
+		      int64_t still_ns)
 {
 	bool stalled = still_ns > HEARTBEAT_LATE_NS;
 
 	if (stalled && !thread->stall_told)
-		log_error("%s: no heartbeat for %.1f s: its thread hangs, in a driver or without a "
+		log_about(LOG_LEVEL_ERROR, about,
+			  "%s: no heartbeat for %.1f s: its thread hangs, in a driver or without a "
 			  "processor to run on",
 			  thread->name, (double)still_ns / NS_PER_S);
 	else if (!stalled && thread->stall_told && thread->heartbeat.expected)
-		log_info("%s: its heart beats again", thread->name);
+		log_about(LOG_LEVEL_INFO, about, "%s: its heart beats again", thread->name);
 	thread->stall_told = stalled;
 }
 
@@ -42,8 +45,14 @@ void watch_heartbeats(struct station *station)
 	uint32_t count = list_threads(station, threads);
 	int64_t now_ns = clock_now_ns();
 
-	for (uint32_t i = 0; i < count; i++)
-		watch_one(threads[i], heartbeat_still_ns(&threads[i]->heartbeat, now_ns));
+	for (uint32_t i = 0; i < count; i++) {
+		struct log_fields about = {
+			.camera = i >= FIRST_CAMERA ? threads[i]->name : NULL,
+			.shot = station->newest_shot,
+		};
+
+		watch_one(threads[i], &about, heartbeat_still_ns(&threads[i]->heartbeat, now_ns));
+	}
 }
 
 json_t *stalled_json(struct station *station)
