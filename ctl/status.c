@@ -46,6 +46,22 @@ static void print_losses(const json_t *losses)
 	puts(any ? "" : "-");
 }
 
+static void print_ledger(const json_t *ledger)
+{
+	const char *last = json_string_value(json_object_get(ledger, "last_event"));
+
+	if (!last)
+		return;
+	printf("%13spulse ledger: last %s in shot %" PRId64 "%s%s%s; ", "", last,
+	       count_of(ledger, "last_event_shot"),
+	       json_is_true(json_object_get(ledger, "slower_than_trigger"))
+		       ? ", slower than its trigger"
+		       : "",
+	       json_is_true(json_object_get(ledger, "out_of_step")) ? ", out of step" : "",
+	       json_is_true(json_object_get(ledger, "dark")) ? ", dark" : "");
+	print_losses(json_object_get(ledger, "events"));
+}
+
 /* NULL for an IR camera. */
 static void print_hd(const json_t *hd)
 {
@@ -75,6 +91,7 @@ static void print_cameras(const json_t *cameras)
 		       number_of(camera, "blobs_per_frame"), count_of(camera, "frames"),
 		       count_of(camera, "missing"));
 		print_losses(json_object_get(camera, "losses"));
+		print_ledger(json_object_get(camera, "ledger"));
 		print_hd(json_object_get(camera, "hd"));
 	}
 }

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "daemon/shot_book.h"
 
 #define POOL_NS (300 * NS_PER_MS)
 #define SLOTS_MIN 4
@@ -122,18 +123,32 @@ static void place(struct hd_capture *hd, struct hd_plan *plan, uint64_t seq, uin
 		atomic_fetch_add_explicit(&hd->off_phase, 1, memory_order_relaxed);
 }
 
-uint64_t hd_capture_place(struct hd_capture *hd, struct hd_plan *plan, const struct sync *sync)
+/* False: refused. */
+static bool find_shot(const struct hd_note *note, const struct hd_plan *plan,
+		      const struct sync *sync, struct shot_book *book, uint32_t camera,
+		      uint64_t *shot)
+{
+	struct ledger_frame frame = {note->device_seq, note->mid_exposure_ns, note->arrival_ns};
+
+	if (book)
+		return shot_book_hd_frame(book, camera, &frame, shot);
+	*shot = nearest_shot(note, plan, sync);
+	return true;
+}
+
+uint64_t hd_capture_place(struct hd_capture *hd, struct hd_plan *plan, const struct sync *sync,
+			  struct shot_book *book, uint32_t camera)
 {
 	const struct hd_note *note;
-	uint64_t before_start = 0;
+	uint64_t before_start = 0, shot;
 
 	while ((note = ring_peek(&hd->notes, 0))) {
-		uint64_t shot = nearest_shot(note, plan, sync);
-
-		if (shot == SHOT_UNKNOWN)
-			before_start++;
-		else
-			place(hd, plan, note->pool_seq, shot);
+		if (find_shot(note, plan, sync, book, camera, &shot)) {
+			if (shot == SHOT_UNKNOWN)
+				before_start++;
+			else
+				place(hd, plan, note->pool_seq, shot);
+		}
 		ring_pop(&hd->notes);
 	}
 	return before_start;

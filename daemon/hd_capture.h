@@ -9,6 +9,8 @@
 #include "track/observe.h"
 #include "track/sync.h"
 
+struct shot_book;
+
 struct hd_note {
 	uint64_t pool_seq; /* 0: there was no room for it */
 	uint64_t shot;     /* from the source, when it knows; else SHOT_UNKNOWN */
@@ -44,9 +46,11 @@ void hd_capture_begin_run(struct hd_capture *hd);
 /* Capture thread. Copies the frame; false when there is no room for it. */
 bool hd_capture_keep(struct hd_capture *hd, const struct frame *frame);
 
-/* Solver thread. Gives the frames that have come their shots; one that came before the first shot
- * stays without. Returns how many those were. */
-uint64_t hd_capture_place(struct hd_capture *hd, struct hd_plan *plan, const struct sync *sync);
+/* Solver thread. Gives the frames that have come their shots, by `book` where edges are reported,
+ * else (NULL) by the time since sync's last shot. One that the ledger refuses stays without; so
+ * does one that came before the first shot stays without. Returns how many those were. */
+uint64_t hd_capture_place(struct hd_capture *hd, struct hd_plan *plan, const struct sync *sync,
+			  struct shot_book *book, uint32_t camera);
 
 /* Solver thread. Says in the marker set whether HD exposes in its shot. */
 void hd_plan_stamp(const struct hd_plan *plan, struct marker_set *set);

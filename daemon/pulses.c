@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/clock_virtual.h"
-#include "drivers/trigger_plan.h"
 
 #define NEXT_TIMEOUT_NS (100 * NS_PER_MS)
 
@@ -113,15 +112,4 @@ bool pulses_stop(struct pulses *pulses)
 		pulses->driver->disarm(pulses->trigger); /* dark, even if the thread hangs */
 	pulses->armed = false;
 	return ended;
-}
-
-struct front pulses_front(struct pulses *pulses, const struct edge **edge)
-{
-	bool lost = atomic_load(&pulses->lost);
-
-	*edge = ring_peek(&pulses->edges, 0);
-	if (!*edge)
-		return (struct front){.state = lost ? FRONT_ENDED : FRONT_WAITING};
-	return (struct front){FRONT_READY, (*edge)->shot,
-			      (*edge)->edge_ns + trigger_plan_ir_middle_ns(&pulses->plan)};
 }

@@ -46,7 +46,3 @@ int pulses_start(struct pulses *pulses, struct diag *diag);
 /* All lines are dark when it returns. False when the thread hangs in its driver: then the trigger
  * may be neither closed nor started. */
 bool pulses_stop(struct pulses *pulses);
-
-/* Solver. The oldest edge as a front that asks for its mid-exposure; `*edge` is NULL without one.
- */
-struct front pulses_front(struct pulses *pulses, const struct edge **edge);

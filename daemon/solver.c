@@ -22,8 +22,7 @@ struct fronts {
 	const struct blob_set *sets[CAMERA_MAX];
 	struct front cameras[CAMERA_MAX];
 	struct front edge;
-	const struct edge *edge_item;
-	int64_t oldest_ns; /* when the oldest front came; INT64_MAX without any */
+	int64_t deadline_ns; /* of the oldest front; INT64_MAX without any */
 	bool all_ended;
 };
 
@@ -35,16 +34,6 @@ static uint32_t camera_count(const struct solver *solver)
 static void count(_Atomic uint64_t *counter, uint64_t more)
 {
 	atomic_fetch_add_explicit(counter, more, memory_order_relaxed);
-}
-
-static void look_at_edge(struct solver *solver, struct fronts *fronts)
-{
-	fronts->edge_item = NULL;
-	if (!solver->pulses)
-		return;
-	fronts->edge = pulses_front(solver->pulses, &fronts->edge_item);
-	if (fronts->edge_item && fronts->edge.mid_exposure_ns < fronts->oldest_ns)
-		fronts->oldest_ns = fronts->edge.mid_exposure_ns;
 }
 
 /* Cameras that stay silent are fronts that ended, as long as another one still sends. */
@@ -63,28 +52,54 @@ static void pass_over_silent(const struct solver *solver, struct fronts *fronts)
 		fronts->cameras[__builtin_ctz(left)].state = FRONT_ENDED;
 }
 
-static void look(struct solver *solver, struct fronts *fronts)
+static int64_t earlier(int64_t a_ns, int64_t b_ns)
 {
-	fronts->oldest_ns = INT64_MAX;
-	fronts->all_ended = true;
-	for (uint32_t c = 0; c < camera_count(solver); c++) {
-		struct capture *capture = &solver->captures[c];
-		/* the state before the queue: what was queued before the end is still seen */
-		bool ended =
-			atomic_load(&capture->state) != CAPTURE_RUNNING || capture->role != ROLE_IR;
-		const struct blob_set *set =
-			capture->role == ROLE_IR ? ring_peek(&capture->sets, 0) : NULL;
+	return a_ns < b_ns ? a_ns : b_ns;
+}
 
-		fronts->sets[c] = set;
-		fronts->cameras[c] = front_of_queue(set, ended);
-		if (set && set->found_ns < fronts->oldest_ns)
-			fronts->oldest_ns = set->found_ns;
+/* When the oldest of the fronts came, or the oldest edge asked for its light. */
+static int64_t oldest_ns(struct solver *solver, const struct front *edge)
+{
+	int64_t oldest = edge->state == FRONT_READY ? edge->mid_exposure_ns : INT64_MAX;
+
+	for (uint32_t c = 0; c < camera_count(solver); c++) {
+		const struct blob_set *set = solver->captures[c].role == ROLE_IR
+						     ? ring_peek(&solver->captures[c].sets, 0)
+						     : NULL;
+
 		if (set)
-			solver->missed_in_a_row[c] = 0; /* late is not silent */
-		if (set || !ended)
-			fronts->all_ended = false;
+			oldest = earlier(oldest, set->found_ns);
 	}
-	look_at_edge(solver, fronts);
+	return oldest;
+}
+
+static void look_at_camera(struct solver *solver, struct fronts *fronts, uint32_t c, bool expired)
+{
+	struct capture *capture = &solver->captures[c];
+	/* the state before the queue: what was queued before the end is still seen */
+	bool ended = atomic_load(&capture->state) != CAPTURE_RUNNING || capture->role != ROLE_IR;
+
+	fronts->sets[c] = NULL;
+	fronts->cameras[c] = capture->role == ROLE_IR
+				     ? shot_book_front(&solver->book, capture, c, ended, expired,
+						       &fronts->sets[c])
+				     : front_of_queue(NULL, true);
+	if (fronts->sets[c])
+		solver->missed_in_a_row[c] = 0; /* late is not silent */
+	if (fronts->sets[c] || !ended)
+		fronts->all_ended = false;
+}
+
+static void look(struct solver *solver, struct fronts *fronts, int64_t now_ns)
+{
+	fronts->all_ended = true;
+	fronts->edge = (struct front){.state = FRONT_ENDED};
+	if (solver->pulses)
+		fronts->edge = shot_book_edge(&solver->book);
+	int64_t oldest = oldest_ns(solver, &fronts->edge);
+	fronts->deadline_ns = oldest == INT64_MAX ? INT64_MAX : oldest + solver->deadline_ns;
+	for (uint32_t c = 0; c < camera_count(solver); c++)
+		look_at_camera(solver, fronts, c, now_ns >= fronts->deadline_ns);
 	pass_over_silent(solver, fronts);
 }
 
@@ -124,15 +139,18 @@ static void track(struct solver *solver, const struct sync_decision *decision,
 
 	shot_gather(&shot, decision, fronts->sets, camera_count(solver), solver->stage->ir_mask);
 	if (!solver->solve) {
+		shot_book_close(&solver->book, &solver->stage->tracking, &shot, NULL);
 		count_cameras(solver, &shot);
 		return;
 	}
 	struct marker_set *set = ring_claim(&solver->sets);
 	if (!set) {
+		shot_book_close(&solver->book, &solver->stage->tracking, &shot, NULL);
 		count(&solver->lost, 1);
 		return;
 	}
 	tracker_run(&solver->tracker, solver->scratch, &solver->stage->tracking, &shot, set);
+	shot_book_close(&solver->book, &solver->stage->tracking, &shot, set);
 	stamp(set, &shot);
 	hd_plan_stamp(&solver->hd, set);
 	set->run = solver->run;
@@ -147,21 +165,25 @@ static void consume(struct solver *solver, const struct sync_decision *decision)
 	for (uint32_t c = 0; c < camera_count(solver); c++) {
 		uint32_t bit = UINT32_C(1) << c;
 
-		if ((decision->member_mask | decision->stale_mask) & bit)
+		if ((decision->member_mask | decision->stale_mask) & bit) {
 			ring_pop(&solver->captures[c].sets);
+			shot_book_taken(&solver->book, c);
+		}
 		count(&solver->captures[c].counters.stale, (decision->stale_mask & bit) != 0);
 	}
 	if (decision->edge_used)
-		ring_pop(&solver->pulses->edges);
+		shot_book_edge_used(&solver->book);
 }
 
 static void place_hd_frames(struct solver *solver)
 {
 	for (uint32_t left = solver->hd.camera_mask; left; left &= left - 1) {
-		struct capture *capture = &solver->captures[__builtin_ctz(left)];
+		uint32_t camera = (uint32_t)__builtin_ctz(left);
+		struct capture *capture = &solver->captures[camera];
 
 		count(&capture->counters.before_start,
-		      hd_capture_place(&capture->hd, &solver->hd, &solver->sync));
+		      hd_capture_place(&capture->hd, &solver->hd, &solver->sync,
+				       solver->pulses ? &solver->book : NULL, camera));
 	}
 }
 
@@ -179,13 +201,10 @@ static bool solve_next(struct solver *solver, int64_t *wake_ns)
 	if (!solver->pulses && !warm_up_step(&solver->warm_up, solver->captures,
 					     camera_count(solver), solver->sync.period_ns, now_ns))
 		return false;
-	look(solver, &fronts);
-	int64_t deadline_ns = fronts.oldest_ns == INT64_MAX
-				      ? now_ns + IDLE_WAIT_NS
-				      : fronts.oldest_ns + solver->deadline_ns;
-	enum sync_result result =
-		sync_next(&solver->sync, fronts.cameras, camera_count(solver),
-			  solver->pulses ? &fronts.edge : NULL, now_ns >= deadline_ns, &decision);
+	look(solver, &fronts, now_ns);
+	enum sync_result result = sync_next(&solver->sync, fronts.cameras, camera_count(solver),
+					    solver->pulses ? &fronts.edge : NULL,
+					    now_ns >= fronts.deadline_ns, &decision);
 	atomic_store_explicit(&solver->all_ended, fronts.all_ended, memory_order_relaxed);
 	if (result == SYNC_SHOT) {
 		if (had_shot)
@@ -193,10 +212,10 @@ static bool solve_next(struct solver *solver, int64_t *wake_ns)
 		track(solver, &decision, &fronts);
 	}
 	consume(solver, &decision);
-	if (now_ns < deadline_ns)
-		*wake_ns = deadline_ns;
-	if (result == SYNC_END && fronts.edge_item) { /* pulses for nobody */
-		ring_pop(&solver->pulses->edges);
+	if (now_ns < fronts.deadline_ns)
+		*wake_ns = earlier(*wake_ns, fronts.deadline_ns);
+	if (result == SYNC_END && fronts.edge.state == FRONT_READY) { /* pulses for nobody */
+		shot_book_edge_used(&solver->book);
 		return true;
 	}
 	return result == SYNC_SHOT || result == SYNC_STALE;
@@ -262,6 +281,14 @@ static struct hd_plan hd_plan_of(const struct solver *solver)
 	return hd;
 }
 
+static void begin_book(struct solver *solver)
+{
+	shot_book_begin(&solver->book, solver->pulses, solver->period_ns);
+	for (uint32_t left = solver->hd.camera_mask; left; left &= left - 1)
+		ledger_set_camera(&solver->book.ledger, (uint32_t)__builtin_ctz(left),
+				  solver->hd.divider, solver->hd.phase, solver->hd.after_ir_ns);
+}
+
 void solver_begin_run(struct solver *solver, bool solve, uint32_t run)
 {
 	solver->solve = solve;
@@ -269,6 +296,7 @@ void solver_begin_run(struct solver *solver, bool solve, uint32_t run)
 	solver->warm_up = (struct warm_up){0};
 	solver->sync = (struct sync){.period_ns = solver->period_ns};
 	solver->hd = hd_plan_of(solver);
+	begin_book(solver);
 	tracker_state_init(&solver->tracker, &solver->stage->layout);
 	memset(solver->missed_in_a_row, 0, sizeof(solver->missed_in_a_row));
 	atomic_store(&solver->stopping, false);

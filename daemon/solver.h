@@ -13,6 +13,7 @@
 #include "daemon/capture.h"
 #include "daemon/pulses.h"
 #include "daemon/realtime.h"
+#include "daemon/shot_book.h"
 #include "daemon/warm_up.h"
 #include "track/sync.h"
 
@@ -34,6 +35,7 @@ struct solver {
 	/* solver thread */
 	struct warm_up warm_up;
 	struct sync sync;
+	struct shot_book book; /* its events: any thread reads */
 	struct hd_plan hd;
 	struct tracker_state tracker;
 	uint32_t missed_in_a_row[CAMERA_MAX];

@@ -29,6 +29,24 @@ static json_t *losses_json(const struct capture_counters *counters)
 	return losses;
 }
 
+/* Every event that the pulse ledger names, then what holds now, and the last event. */
+static json_t *ledger_json(const struct camera_events *events)
+{
+	bool any = atomic_load(&events->total) != 0;
+	uint32_t last = atomic_load(&events->last_event);
+	json_t *counts = json_object();
+
+	for (int e = 0; e < LEDGER_EVENT_COUNT; e++)
+		set_count(counts, ledger_event_name((enum ledger_event)e), &events->counts[e]);
+	return json_pack(
+		"{s:o, s:b, s:b, s:b, s:f, s:o, s:o}", "events", counts, "slower_than_trigger",
+		atomic_load(&events->slower), "out_of_step", atomic_load(&events->out_of_step),
+		"dark", atomic_load(&events->dark), "after_edge_us",
+		(double)atomic_load(&events->after_edge_ns) / NS_PER_US, "last_event",
+		any ? json_string(ledger_event_name(last)) : json_null(), "last_event_shot",
+		any ? json_integer((json_int_t)atomic_load(&events->last_shot)) : json_null());
+}
+
 /* Of the newest frame whose shot is known: null before. */
 static json_t *hd_json(const struct station *station, const struct capture *capture)
 {
@@ -64,6 +82,7 @@ static json_t *camera_json(const struct station *station, uint32_t index)
 	set_count(camera, "missing", &capture->counters.missing);
 	if (capture->role == ROLE_HD)
 		json_object_set_new(camera, "hd", hd_json(station, capture));
+	json_object_set_new(camera, "ledger", ledger_json(&station->solver.book.cameras[index]));
 	set_count(camera, "reopened", &capture->counters.reopened);
 	json_object_set_new(camera, "fifo", json_boolean(capture->thread.fifo_granted));
 	return camera;

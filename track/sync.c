@@ -45,10 +45,13 @@ static bool front_closed(const struct sync *sync, const struct front *front)
 	return elapsed_ns(sync->last_mid_exposure_ns, front->mid_exposure_ns) <= window_ns(sync);
 }
 
-/* Nearer to the last shot than to this edge, or more than half a period before it. */
+/* Of a closed shot; without a number: nearer to the last shot than to this edge, or more than half
+ * a period before it. */
 static bool front_before_edge(const struct sync *sync, const struct front *front,
 			      const struct front *edge)
 {
+	if (front->shot != SHOT_UNKNOWN)
+		return sync->started && front->shot <= sync->last_shot;
 	int64_t early = elapsed_ns(front->mid_exposure_ns, edge->mid_exposure_ns);
 
 	if (early > window_ns(sync))
@@ -182,10 +185,16 @@ static enum sync_result next_from_edge(struct sync *sync, const struct front *fr
 				       uint32_t count, const struct front *edge,
 				       struct sync_decision *out)
 {
-	for (uint32_t c = 0; c < count; c++)
-		if (fronts[c].state == FRONT_READY &&
-		    within(edge->mid_exposure_ns, fronts[c].mid_exposure_ns, window_ns(sync)))
+	for (uint32_t c = 0; c < count; c++) {
+		const struct front *front = &fronts[c];
+		bool member = front->shot != SHOT_UNKNOWN
+				      ? front->shot == edge->shot
+				      : within(edge->mid_exposure_ns, front->mid_exposure_ns,
+					       window_ns(sync));
+
+		if (front->state == FRONT_READY && member)
 			out->member_mask |= UINT32_C(1) << c;
+	}
 	out->mid_exposure_ns = out->member_mask ? mean_mid_exposure_ns(fronts, out->member_mask)
 						: edge->mid_exposure_ns;
 	out->edge_used = true;
@@ -219,6 +228,10 @@ enum sync_result sync_next(struct sync *sync, const struct front *fronts, uint32
 		       (edge && edge->state == FRONT_WAITING);
 	if (waiting && !expired)
 		return SYNC_WAIT;
-	return edge_ready ? next_from_edge(sync, fronts, camera_count, edge, out)
-			  : next_from_fronts(sync, fronts, camera_count, out);
+	/* a pulse that was not reported, but seen by cameras, is a shot as well */
+	const struct front *first = first_front(fronts, camera_count, true);
+	bool unreported = edge_ready && first && first->shot < edge->shot;
+
+	return edge_ready && !unreported ? next_from_edge(sync, fronts, camera_count, edge, out)
+					 : next_from_fronts(sync, fronts, camera_count, out);
 }

@@ -18,7 +18,7 @@ enum front_state {
 
 struct front {
 	enum front_state state;
-	uint64_t shot; /* SHOT_UNKNOWN when the source does not number its shots */
+	uint64_t shot; /* as the source or the ledger numbers it; else SHOT_UNKNOWN */
 	int64_t mid_exposure_ns;
 };
 

@@ -1,0 +1,590 @@
+/*
+ * The ledger against frames whose true shot is known: whatever goes wrong, no frame is taken for
+ * another shot's, and what went wrong has its name and number.
+ */
+#include "track/ledger.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/rng.h"
+
+#define MS INT64_C(1000000)
+#define PERIOD_NS INT64_C(8333333)
+#define FIRST_SHOT 1000
+#define ARRIVAL_NS (3 * MS)
+
+static struct ledger ledger;
+
+/* One camera's device: what it counts and how it stamps. */
+struct device {
+	uint32_t camera;
+	uint64_t seq;
+	int64_t stamp_off_ns;
+	int64_t late_ns;
+};
+
+static int64_t time_of(uint64_t shot)
+{
+	return 50 * MS + (int64_t)(shot - FIRST_SHOT) * PERIOD_NS;
+}
+
+static void start(void)
+{
+	ledger_init(&ledger, PERIOD_NS);
+	for (uint64_t shot = FIRST_SHOT; shot < FIRST_SHOT + 250; shot++)
+		assert_true(edges_add(&ledger.edges, shot, time_of(shot)));
+}
+
+/* Its next frame, exposed on `shot`. The shot that the ledger says it is, or 0 when refused. */
+static uint64_t take(struct device *device, uint64_t shot)
+{
+	struct ledger_frame frame = {.device_seq = device->seq++,
+				     .mid_exposure_ns = time_of(shot) + device->stamp_off_ns,
+				     .arrival_ns = time_of(shot) + ARRIVAL_NS + device->late_ns};
+	uint64_t found = 0;
+	int64_t mid_exposure_ns = 0;
+	enum ledger_verdict verdict =
+		ledger_judge(&ledger, device->camera, &frame, true, &found, &mid_exposure_ns);
+
+	if (verdict != LEDGER_TAKE)
+		return 0;
+	assert_in_range(mid_exposure_ns - time_of(found) + MS, 0, 2 * MS);
+	return found;
+}
+
+static uint64_t count(enum ledger_event event)
+{
+	return ledger.cameras[0].counts[event];
+}
+
+/* Frames of shots `from` to `to` that are all taken for what they are. */
+static void run(struct device *device, uint64_t from, uint64_t to)
+{
+	for (uint64_t shot = from; shot <= to; shot++)
+		assert_int_equal(take(device, shot), shot);
+}
+
+/* All events but those of `mask` have not happened. */
+static void expect_only(uint32_t mask)
+{
+	for (int e = 0; e < LEDGER_EVENT_COUNT; e++)
+		if (!(mask >> e & 1) && count((enum ledger_event)e))
+			fail_msg("%s happened", ledger_event_name((enum ledger_event)e));
+		else if ((mask >> e & 1) && !count((enum ledger_event)e))
+			fail_msg("%s did not happen", ledger_event_name((enum ledger_event)e));
+}
+
+#define ONLY(event) (1u << (event))
+
+static void every_event_has_a_name(void **state)
+{
+	(void)state;
+	for (int e = 0; e < LEDGER_EVENT_COUNT; e++)
+		assert_non_null(ledger_event_name((enum ledger_event)e));
+	assert_null(ledger_event_name(LEDGER_EVENT_COUNT));
+}
+
+static void frames_in_step_make_no_event(void **state)
+{
+	struct device device = {.seq = 77};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT + 30, FIRST_SHOT + 240); /* from mid-stream on */
+	expect_only(0);
+}
+
+static void jitter_at_the_margin_follows_the_counter(void **state)
+{
+	struct device device = {0};
+	struct rng rng;
+
+	(void)state;
+	start();
+	rng_init(&rng, 5, 0);
+	run(&device, FIRST_SHOT, FIRST_SHOT + 9);
+	for (uint64_t shot = FIRST_SHOT + 10; shot < FIRST_SHOT + 240; shot++) {
+		struct ledger_frame frame = {
+			device.seq++,
+			time_of(shot) + (int64_t)((rng_uniform(&rng) - 0.5) * 1.4 * PERIOD_NS),
+			time_of(shot) + 10 * MS};
+		uint64_t found = 0;
+		int64_t mid_exposure_ns;
+
+		assert_int_equal(ledger_judge(&ledger, 0, &frame, true, &found, &mid_exposure_ns),
+				 LEDGER_TAKE);
+		assert_int_equal(found, shot);
+	}
+	expect_only(0);
+}
+
+static void a_dropped_frame_is_counted_with_its_shot(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 9);
+	device.seq += 3;
+	run(&device, FIRST_SHOT + 13, FIRST_SHOT + 30);
+	expect_only(ONLY(LEDGER_DROPPED));
+	assert_int_equal(count(LEDGER_DROPPED), 3);
+	assert_int_equal(ledger.cameras[0].event, LEDGER_DROPPED);
+	assert_int_equal(ledger.cameras[0].event_shot, FIRST_SHOT + 10);
+}
+
+static void a_repeated_frame_is_refused(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 9);
+	device.seq--;
+	assert_int_equal(take(&device, FIRST_SHOT + 9), 0);
+	run(&device, FIRST_SHOT + 10, FIRST_SHOT + 20);
+	device.seq -= 5; /* an old one once more */
+	assert_int_equal(take(&device, FIRST_SHOT + 16), 0);
+	device.seq += 4;
+	run(&device, FIRST_SHOT + 21, FIRST_SHOT + 30);
+	expect_only(ONLY(LEDGER_REPEATED));
+	assert_int_equal(count(LEDGER_REPEATED), 2);
+}
+
+static void a_repeat_that_the_device_counted_moves_nothing(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 9);
+	assert_int_equal(take(&device, FIRST_SHOT + 9), 0); /* same image, next number */
+	run(&device, FIRST_SHOT + 10, FIRST_SHOT + 20);
+	assert_int_equal(take(&device, FIRST_SHOT + 20), 0); /* in the place of the next image */
+	run(&device, FIRST_SHOT + 22, FIRST_SHOT + 30);
+	expect_only(ONLY(LEDGER_REPEATED));
+}
+
+static void a_late_frame_is_refused_and_those_behind_it_are_not(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 9);
+	ledger_close(&ledger, FIRST_SHOT + 11);
+	assert_int_equal(take(&device, FIRST_SHOT + 10), 0);
+	assert_int_equal(take(&device, FIRST_SHOT + 11), 0);
+	run(&device, FIRST_SHOT + 12, FIRST_SHOT + 20);
+	expect_only(ONLY(LEDGER_LATE));
+	assert_int_equal(count(LEDGER_LATE), 2);
+}
+
+static void a_stamp_one_period_ahead_is_put_right_by_the_counter(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 149);
+	device.stamp_off_ns = PERIOD_NS;
+	run(&device, FIRST_SHOT + 150, FIRST_SHOT + 180);
+	device.stamp_off_ns = 0;
+	run(&device, FIRST_SHOT + 181, FIRST_SHOT + 200);
+	expect_only(ONLY(LEDGER_SHIFTED));
+	assert_int_equal(count(LEDGER_SHIFTED), 31);
+}
+
+static void a_stamp_one_period_behind_is_put_right_by_the_counter(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 149);
+	device.stamp_off_ns = 1000 - PERIOD_NS;
+	run(&device, FIRST_SHOT + 150, FIRST_SHOT + 180);
+	device.stamp_off_ns = 0;
+	run(&device, FIRST_SHOT + 181, FIRST_SHOT + 200);
+	expect_only(ONLY(LEDGER_SHIFTED));
+	assert_int_equal(count(LEDGER_SHIFTED), 31);
+}
+
+static void a_stamp_made_on_late_arrival_is_refused_not_believed(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 149);
+	device.stamp_off_ns = device.late_ns = PERIOD_NS;
+	for (uint64_t shot = FIRST_SHOT + 150; shot < FIRST_SHOT + 153; shot++)
+		assert_int_equal(take(&device, shot), 0);
+	device.stamp_off_ns = device.late_ns = 0;
+	assert_int_equal(take(&device, FIRST_SHOT + 153), 0); /* one return may be chance */
+	run(&device, FIRST_SHOT + 154, FIRST_SHOT + 200);
+	expect_only(ONLY(LEDGER_DOUBTFUL));
+}
+
+static void a_missed_trigger_costs_three_frames_and_is_named(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 149);
+	for (uint64_t shot = FIRST_SHOT + 151; shot < FIRST_SHOT + 154; shot++)
+		assert_int_equal(take(&device, shot), 0);
+	run(&device, FIRST_SHOT + 154, FIRST_SHOT + 200);
+	expect_only(ONLY(LEDGER_MISSED_TRIGGER) | ONLY(LEDGER_DOUBTFUL));
+	assert_int_equal(count(LEDGER_MISSED_TRIGGER), 1);
+	assert_int_equal(count(LEDGER_DOUBTFUL), 3);
+}
+
+static void a_counter_that_jumps_is_not_followed(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 149);
+	device.seq++;
+	for (uint64_t shot = FIRST_SHOT + 150; shot < FIRST_SHOT + 153; shot++)
+		assert_int_equal(take(&device, shot), 0);
+	run(&device, FIRST_SHOT + 153, FIRST_SHOT + 200);
+	expect_only(ONLY(LEDGER_COUNTER_JUMPED) | ONLY(LEDGER_DOUBTFUL));
+}
+
+static void a_wrong_first_frame_is_outvoted_by_the_next_two(void **state)
+{
+	struct device device = {.stamp_off_ns = PERIOD_NS};
+
+	(void)state;
+	start();
+	take(&device, FIRST_SHOT + 5);
+	device.stamp_off_ns = 0;
+	assert_int_equal(take(&device, FIRST_SHOT + 6), 0);
+	run(&device, FIRST_SHOT + 7, FIRST_SHOT + 20);
+}
+
+static void a_counter_that_begins_anew_is_taken_up(void **state)
+{
+	struct device device = {.seq = 500};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 20);
+	device.seq = 0;
+	run(&device, FIRST_SHOT + 21, FIRST_SHOT + 40);
+	device.seq = 0;
+	run(&device, FIRST_SHOT + 140, FIRST_SHOT + 160); /* unplugged for a while */
+	expect_only(ONLY(LEDGER_RESTARTED));
+	assert_int_equal(count(LEDGER_RESTARTED), 2);
+}
+
+static void a_frozen_camera_has_missed_its_triggers(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 20);
+	run(&device, FIRST_SHOT + 71, FIRST_SHOT + 90);
+	expect_only(ONLY(LEDGER_MISSED_TRIGGER));
+	assert_int_equal(count(LEDGER_MISSED_TRIGGER), 50);
+}
+
+static void a_counter_that_wraps_in_64_bits_goes_on(void **state)
+{
+	struct device device = {.seq = UINT64_MAX - 10};
+
+	(void)state;
+	start();
+	run(&device, FIRST_SHOT, FIRST_SHOT + 40);
+	expect_only(0);
+}
+
+static void a_camera_slower_than_its_trigger_is_named_and_still_used(void **state)
+{
+	struct device device = {0};
+	uint64_t taken = 0;
+
+	(void)state;
+	start();
+	for (uint64_t shot = FIRST_SHOT; shot < FIRST_SHOT + 120; shot += 2) {
+		uint64_t found = take(&device, shot);
+
+		assert_true(found == 0 || found == shot);
+		taken += found != 0;
+	}
+	assert_int_equal(count(LEDGER_SLOWER_THAN_TRIGGER), 1);
+	assert_true(ledger.cameras[0].slower);
+	assert_in_range(taken, 56, 60);
+	/* back at full speed */
+	for (uint64_t shot = FIRST_SHOT + 120; shot < FIRST_SHOT + 160; shot++) {
+		uint64_t found = take(&device, shot);
+
+		assert_true(found == 0 || found == shot);
+	}
+	assert_false(ledger.cameras[0].slower);
+}
+
+static void a_camera_that_delivers_every_other_frame_is_slower(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	for (uint64_t shot = FIRST_SHOT; shot < FIRST_SHOT + 60; shot += 2, device.seq++)
+		assert_int_equal(take(&device, shot), shot);
+	expect_only(ONLY(LEDGER_DROPPED) | ONLY(LEDGER_SLOWER_THAN_TRIGGER));
+}
+
+static void hd_frames_belong_to_every_fourth_shot(void **state)
+{
+	struct device device = {.stamp_off_ns = 2 * MS};
+
+	(void)state;
+	start();
+	ledger_set_camera(&ledger, 0, 4, 2, 2 * MS);
+	for (uint64_t shot = FIRST_SHOT + 2; shot < FIRST_SHOT + 200; shot += 4) {
+		struct ledger_frame frame = {device.seq++, time_of(shot) + 2 * MS,
+					     time_of(shot) + 40 * MS};
+		uint64_t found = 0;
+		int64_t mid_exposure_ns;
+
+		ledger_close(&ledger, shot + 3); /* HD comes later than any shot waits */
+		assert_int_equal(ledger_judge(&ledger, 0, &frame, true, &found, &mid_exposure_ns),
+				 LEDGER_TAKE);
+		assert_int_equal(found, shot);
+		assert_int_equal(mid_exposure_ns, time_of(shot) + 2 * MS);
+	}
+	expect_only(0);
+}
+
+static void an_hd_frame_one_tick_off_is_named_and_keeps_its_true_shot(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	start();
+	ledger_set_camera(&ledger, 0, 4, 0, 0);
+	for (uint64_t shot = FIRST_SHOT; shot < FIRST_SHOT + 100; shot += 4)
+		assert_int_equal(take(&device, shot + (shot >= FIRST_SHOT + 40)),
+				 shot + (shot >= FIRST_SHOT + 40));
+	expect_only(ONLY(LEDGER_PHASE_SLIPPED));
+	assert_int_equal(count(LEDGER_PHASE_SLIPPED), 15);
+	assert_int_equal(ledger.cameras[0].slip, 1);
+	assert_int_equal(take(&device, FIRST_SHOT + 99), FIRST_SHOT + 99);
+	assert_int_equal(ledger.cameras[0].slip, 3); /* one tick early */
+	assert_int_equal(take(&device, FIRST_SHOT + 104), FIRST_SHOT + 104);
+	assert_int_equal(ledger.cameras[0].slip, 0);
+	assert_int_equal(count(LEDGER_PHASE_SLIPPED), 16);
+}
+
+static void a_frame_ahead_of_its_pulse_waits_for_it(void **state)
+{
+	struct ledger_frame frame = {0, time_of(FIRST_SHOT), time_of(FIRST_SHOT) + ARRIVAL_NS};
+	uint64_t found = 0;
+	int64_t mid_exposure_ns;
+
+	(void)state;
+	ledger_init(&ledger, PERIOD_NS);
+	assert_int_equal(ledger_judge(&ledger, 0, &frame, false, &found, &mid_exposure_ns),
+			 LEDGER_WAIT);
+	edges_add(&ledger.edges, FIRST_SHOT, time_of(FIRST_SHOT));
+	assert_int_equal(ledger_judge(&ledger, 0, &frame, false, &found, &mid_exposure_ns),
+			 LEDGER_TAKE);
+	frame = (struct ledger_frame){1, time_of(FIRST_SHOT + 1), time_of(FIRST_SHOT + 1) + MS};
+	assert_int_equal(ledger_judge(&ledger, 0, &frame, false, &found, &mid_exposure_ns),
+			 LEDGER_WAIT);
+	assert_int_equal(ledger_judge(&ledger, 0, &frame, true, &found, &mid_exposure_ns),
+			 LEDGER_TAKE);
+	assert_int_equal(found, FIRST_SHOT + 1);
+}
+
+static void a_frame_before_the_first_pulse_is_early(void **state)
+{
+	struct ledger_frame frame = {0, time_of(FIRST_SHOT) - PERIOD_NS, time_of(FIRST_SHOT)};
+	uint64_t found;
+	int64_t mid_exposure_ns;
+
+	(void)state;
+	start();
+	assert_int_equal(ledger_judge(&ledger, 0, &frame, true, &found, &mid_exposure_ns),
+			 LEDGER_EARLY);
+	expect_only(0);
+}
+
+static void a_pulse_that_was_not_reported_is_still_a_shot(void **state)
+{
+	struct device device = {0};
+
+	(void)state;
+	ledger_init(&ledger, PERIOD_NS);
+	for (uint64_t shot = FIRST_SHOT; shot < FIRST_SHOT + 60; shot++)
+		if (shot % 7)
+			edges_add(&ledger.edges, shot, time_of(shot));
+	run(&device, FIRST_SHOT + 5, FIRST_SHOT + 58);
+	expect_only(0);
+}
+
+static void without_pulses_repeats_are_refused_and_drops_counted(void **state)
+{
+	const struct ledger_frame frames[] = {{7, 10 * MS, 0}, {8, 20 * MS, 0},  {8, 20 * MS, 0},
+					      {9, 20 * MS, 0}, {12, 60 * MS, 0}, {0, 70 * MS, 0}};
+	const enum ledger_verdict expected[] = {LEDGER_TAKE,   LEDGER_TAKE, LEDGER_REFUSE,
+						LEDGER_REFUSE, LEDGER_TAKE, LEDGER_TAKE};
+
+	(void)state;
+	ledger_init(&ledger, PERIOD_NS);
+	for (int i = 0; i < 6; i++)
+		assert_int_equal(ledger_watch(&ledger, 0, &frames[i]), expected[i]);
+	assert_int_equal(count(LEDGER_REPEATED), 2);
+	assert_int_equal(count(LEDGER_DROPPED), 2);
+	assert_int_equal(count(LEDGER_RESTARTED), 1);
+}
+
+/* Drops, repeats, late ones, lost pulses and jitter all at once, each frame's truth known. */
+static void a_storm_of_faults_pairs_nothing_wrongly(void **state)
+{
+	struct device device = {.seq = 9};
+	struct rng rng;
+	uint64_t taken = 0, frames = 0;
+	bool missed = false; /* a stamp's error on top of it would cancel it: nothing shows that */
+
+	(void)state;
+	rng_init(&rng, 11, 0);
+	ledger_init(&ledger, PERIOD_NS);
+	for (uint64_t shot = FIRST_SHOT; shot < FIRST_SHOT + 20000; shot++) {
+		double dice = rng_uniform(&rng);
+
+		if (shot < FIRST_SHOT + 2 || rng_uniform(&rng) > 0.01)
+			edges_add(&ledger.edges, shot, time_of(shot));
+		if (shot < FIRST_SHOT + 200 || missed)
+			dice = 1;
+		missed = dice >= 0.04 && dice < 0.05;
+		device.stamp_off_ns = (int64_t)(rng_uniform(&rng) * MS) - MS / 2;
+		device.late_ns = (int64_t)(rng_uniform(&rng) * 2 * MS);
+		if (dice < 0.02) {
+			device.seq++; /* dropped */
+			continue;
+		}
+		if (dice < 0.03)
+			device.stamp_off_ns += PERIOD_NS;
+		else if (dice < 0.04)
+			device.stamp_off_ns -= PERIOD_NS;
+		else if (missed)
+			continue;
+		else if (dice < 0.055)
+			device.seq++; /* counts one too many */
+		else if (dice < 0.06)
+			device.seq = 0;
+		struct ledger_frame frame = {device.seq++, time_of(shot) + device.stamp_off_ns,
+					     time_of(shot) + ARRIVAL_NS + device.late_ns};
+		uint64_t found = 0;
+		int64_t mid_exposure_ns;
+		enum ledger_verdict verdict =
+			ledger_judge(&ledger, 0, &frame, true, &found, &mid_exposure_ns);
+		frames++;
+		taken += verdict == LEDGER_TAKE;
+		if (verdict == LEDGER_TAKE)
+			assert_int_equal(found, shot);
+	}
+	print_message("# %llu of %llu taken\n", (unsigned long long)taken,
+		      (unsigned long long)frames);
+	assert_true(taken > frames * 9 / 10);
+}
+
+static void pictures_tell_of_a_camera_out_of_step(void **state)
+{
+	(void)state;
+	start();
+	ledger_note_step(&ledger, 0, 5, -0.1);
+	expect_only(0);
+	ledger_note_step(&ledger, 0, 6, -0.9);
+	ledger_note_step(&ledger, 0, 7, -0.5);
+	ledger_note_step(&ledger, 0, 8, -1.0);
+	assert_int_equal(count(LEDGER_OUT_OF_STEP), 1);
+	assert_int_equal(ledger.cameras[0].event_shot, 6);
+	assert_true(ledger.cameras[0].out_of_step);
+	ledger_note_step(&ledger, 0, 9, 0.1);
+	assert_false(ledger.cameras[0].out_of_step);
+}
+
+static void a_camera_without_light_is_dark(void **state)
+{
+	const int32_t lit[] = {70, 60, 50, 40}, dark[] = {1, 60, 50, -1}, empty[] = {0, 0, 1, 0};
+
+	(void)state;
+	start();
+	for (uint64_t shot = 0; shot < 30; shot++)
+		ledger_note_blobs(&ledger, shot, shot < 10 ? empty : lit, 4);
+	expect_only(0);
+	for (uint64_t shot = 30; shot < 60; shot++)
+		ledger_note_blobs(&ledger, shot, dark, 4);
+	assert_int_equal(count(LEDGER_DARK), 1);
+	assert_int_equal(ledger.cameras[3].counts[LEDGER_DARK], 0);
+	ledger_note_blobs(&ledger, 60, lit, 4);
+	assert_false(ledger.cameras[0].dark);
+}
+
+static void the_same_frames_leave_the_same_bytes(void **state)
+{
+	static struct ledger first;
+	struct device device = {0};
+
+	(void)state;
+	for (int round = 0; round < 2; round++) {
+		device = (struct device){0};
+		start();
+		run(&device, FIRST_SHOT, FIRST_SHOT + 50);
+		device.seq += 2;
+		run(&device, FIRST_SHOT + 53, FIRST_SHOT + 99);
+		if (round == 0)
+			first = ledger;
+	}
+	assert_memory_equal(&first, &ledger, sizeof(ledger));
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(every_event_has_a_name),
+		cmocka_unit_test(frames_in_step_make_no_event),
+		cmocka_unit_test(jitter_at_the_margin_follows_the_counter),
+		cmocka_unit_test(a_dropped_frame_is_counted_with_its_shot),
+		cmocka_unit_test(a_repeated_frame_is_refused),
+		cmocka_unit_test(a_repeat_that_the_device_counted_moves_nothing),
+		cmocka_unit_test(a_late_frame_is_refused_and_those_behind_it_are_not),
+		cmocka_unit_test(a_stamp_one_period_ahead_is_put_right_by_the_counter),
+		cmocka_unit_test(a_stamp_one_period_behind_is_put_right_by_the_counter),
+		cmocka_unit_test(a_stamp_made_on_late_arrival_is_refused_not_believed),
+		cmocka_unit_test(a_missed_trigger_costs_three_frames_and_is_named),
+		cmocka_unit_test(a_counter_that_jumps_is_not_followed),
+		cmocka_unit_test(a_wrong_first_frame_is_outvoted_by_the_next_two),
+		cmocka_unit_test(a_counter_that_begins_anew_is_taken_up),
+		cmocka_unit_test(a_frozen_camera_has_missed_its_triggers),
+		cmocka_unit_test(a_counter_that_wraps_in_64_bits_goes_on),
+		cmocka_unit_test(a_camera_slower_than_its_trigger_is_named_and_still_used),
+		cmocka_unit_test(a_camera_that_delivers_every_other_frame_is_slower),
+		cmocka_unit_test(hd_frames_belong_to_every_fourth_shot),
+		cmocka_unit_test(an_hd_frame_one_tick_off_is_named_and_keeps_its_true_shot),
+		cmocka_unit_test(a_frame_ahead_of_its_pulse_waits_for_it),
+		cmocka_unit_test(a_frame_before_the_first_pulse_is_early),
+		cmocka_unit_test(a_pulse_that_was_not_reported_is_still_a_shot),
+		cmocka_unit_test(without_pulses_repeats_are_refused_and_drops_counted),
+		cmocka_unit_test(a_storm_of_faults_pairs_nothing_wrongly),
+		cmocka_unit_test(pictures_tell_of_a_camera_out_of_step),
+		cmocka_unit_test(a_camera_without_light_is_dark),
+		cmocka_unit_test(the_same_frames_leave_the_same_bytes),
+	};
+
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
