@@ -256,14 +256,17 @@ static enum exit_code run(struct program *program, struct diag *diag)
 	return result < 0 ? EXIT_CODE_INTERNAL : EXIT_CODE_OK;
 }
 
-static void finish(struct program *program)
+/* False when something is still in use. */
+static bool finish(struct program *program)
 {
 	control_destroy(program->control);
 	server_destroy(program->server);
-	station_finish(&program->station);
+	bool finished = station_finish(&program->station);
+
 	watchdog_stop(&program->watchdog);
 	sd_event_unref(program->event);
 	clock_alarm_close(&program->tick);
+	return finished;
 }
 
 int main(int argc, char **argv)
@@ -290,10 +293,11 @@ int main(int argc, char **argv)
 		code = run(&program, &diag);
 	diag_print(&diag, stderr);
 	diag_finish(&diag);
-	finish(&program);
+	if (finish(&program))
+		return code;
 	if (program.station.hung) {
 		log_error("a thread hangs: leaving without it; strobes are dark");
-		_exit(EXIT_CODE_DEVICE);
+		code = EXIT_CODE_DEVICE;
 	}
-	return code;
+	_exit(code);
 }

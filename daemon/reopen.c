@@ -5,6 +5,8 @@
 
 #include "base/clock_virtual.h"
 
+#define PATIENCE_NS (500 * NS_PER_MS)
+
 static void *run_attempt(void *argument)
 {
 	struct reopener *reopener = argument;
@@ -48,13 +50,18 @@ bool reopen_poll(struct reopener *reopener)
 	return true;
 }
 
-void reopen_finish(struct reopener *reopener)
+bool reopen_finish(struct reopener *reopener)
 {
+	int64_t until_ns = clock_real_now_ns() + PATIENCE_NS;
+	struct timespec until = {.tv_sec = until_ns / NS_PER_S, .tv_nsec = until_ns % NS_PER_S};
+
 	if (reopener->busy) {
-		pthread_join(reopener->thread, NULL);
+		if (pthread_clockjoin_np(reopener->thread, NULL, CLOCK_MONOTONIC, &until) != 0)
+			return false;
 		if (reopener->error == 0)
 			reopener->device.driver->close(reopener->device.camera);
 		reopener->busy = false;
 	}
 	diag_finish(&reopener->diag);
+	return true;
 }

@@ -35,4 +35,6 @@ bool reopen_begin(struct reopener *reopener, const struct stage *stage,
  * `diag` what was wrong, until the next attempt. */
 bool reopen_poll(struct reopener *reopener);
 
-void reopen_finish(struct reopener *reopener); /* waits for an attempt under way */
+/* Waits for an attempt under way, at most 0.5 s: a camera that does not answer may take a driver
+ * seconds. False when it goes on: then nothing that it uses may be freed. */
+bool reopen_finish(struct reopener *reopener);

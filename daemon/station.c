@@ -20,12 +20,18 @@
 	(300 * NS_PER_MS) /* a stall of the solver or of the control thread is survived \
 			   */
 #define QUEUE_MIN 16
+#define PERIOD_MIN_NS NS_PER_MS /* a recording may claim anything */
 #define SIM_CAMERA_MIN 4 /* of a scene; a config with fewer looks at the scene's own number */
 #define SIM_CAMERA_MAX 8
 
-static uint32_t queue_length(const struct config *config)
+/* By the faster of the plan and what the cameras were granted: they may run free. */
+static uint32_t queue_length(const struct station *station)
 {
-	int64_t length = QUEUE_NS / config->plan.period_ns + 2;
+	int64_t period_ns = station->stage.config.plan.period_ns;
+
+	if (station->period_ns > 0 && station->period_ns < period_ns)
+		period_ns = station->period_ns;
+	int64_t length = QUEUE_NS / (period_ns > PERIOD_MIN_NS ? period_ns : PERIOD_MIN_NS) + 2;
 
 	return length > QUEUE_MIN ? (uint32_t)length : QUEUE_MIN;
 }
@@ -103,7 +109,7 @@ static int init_captures(struct station *station, struct open_camera *devices, s
 
 		if (!err)
 			err = capture_init(capture, &config->cameras[c], &devices[c],
-					   &config->blobs, queue_length(config));
+					   &config->blobs, queue_length(station));
 		if (!err)
 			devices[c].camera = NULL;
 		capture->control_wake_fd = station->wake_fd;
@@ -119,7 +125,7 @@ static int open_pulses(struct station *station, struct diag *diag)
 {
 	const struct config *config = &station->stage.config;
 	int err = pulses_open(&station->pulses, config->trigger, &config->plan, trigger_drivers,
-			      queue_length(config), diag);
+			      queue_length(station), diag);
 
 	station->pulses.solver_wake = &station->solver.wake;
 	return err;
@@ -133,7 +139,7 @@ static int init_solver(struct station *station)
 		station->period_ns = station->stage.config.plan.period_ns;
 	return solver_init(&station->solver, &station->stage, station->captures,
 			   has_edges ? &station->pulses : NULL, station->wake_fd,
-			   station->period_ns, queue_length(&station->stage.config));
+			   station->period_ns, queue_length(station));
 }
 
 static enum exit_code open_devices(struct station *station, struct diag *diag)
@@ -266,12 +272,11 @@ bool station_stop(struct station *station)
 	return true;
 }
 
-void station_finish(struct station *station)
+bool station_finish(struct station *station)
 {
 	station_stop(station);
-	if (station->hung)
-		return;
-	reopen_finish(&station->reopener);
+	if (station->hung || !reopen_finish(&station->reopener))
+		return false;
 	solver_finish(&station->solver);
 	pulses_close(&station->pulses);
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
@@ -282,6 +287,7 @@ void station_finish(struct station *station)
 		close(station->wake_fd);
 	stage_finish(&station->stage);
 	memset(station, 0, sizeof(*station));
+	return true;
 }
 
 const struct marker_set *station_next_set(struct station *station)

@@ -45,8 +45,9 @@ enum exit_code station_start(struct station *station, enum station_event how, st
  * returns, whatever hangs. */
 bool station_stop(struct station *station);
 
-/* -> idle; a zeroed station is fine. Of a station that hung it frees nothing. */
-void station_finish(struct station *station);
+/* -> idle; a zeroed station is fine. While a thread hangs or a lost camera is being opened it frees
+ * nothing, and returns false: then the process can only go. */
+bool station_finish(struct station *station);
 
 /* Once a second: statistics, lost cameras, the end of recordings. */
 void station_tick(struct station *station);

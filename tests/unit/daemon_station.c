@@ -48,6 +48,7 @@ struct fake_camera {
 
 static _Atomic int faults[CAMERA_COUNT];
 static _Atomic int open_count;
+static int64_t granted_period_ns; /* 0: the device does not tell */
 static uint8_t black[WIDTH_PX * HEIGHT_PX];
 static char stage_dir[] = "/tmp/stage-test-XXXXXX";
 static char config_path[PATH_MAX];
@@ -86,7 +87,8 @@ static int fake_configure(struct camera *camera, const struct camera_mode *wante
 			  struct camera_mode *granted, struct diag *diag)
 {
 	(void)camera, (void)wanted, (void)diag;
-	*granted = (struct camera_mode){.width_px = WIDTH_PX, .height_px = HEIGHT_PX};
+	*granted = (struct camera_mode){
+		.width_px = WIDTH_PX, .height_px = HEIGHT_PX, .period_ns = granted_period_ns};
 	return 0;
 }
 
@@ -429,6 +431,23 @@ static void a_station_that_nobody_listens_to_keeps_the_oldest_sets(void **state)
 	end_station(station);
 }
 
+static void assert_holds(const struct ring *ring, int64_t period_ns)
+{
+	assert_true(ring->capacity * period_ns >= 250 * NS_PER_MS);
+}
+
+static void queues_hold_a_quarter_of_a_second_also_of_cameras_that_run_faster(void **state)
+{
+	(void)state;
+	granted_period_ns = PERIOD_NS / 2;
+	struct station *station = start_station();
+	granted_period_ns = 0;
+	for (int c = 0; c < CAMERA_COUNT; c++)
+		assert_holds(&station->captures[c].sets, PERIOD_NS / 2);
+	assert_holds(&station->solver.sets, PERIOD_NS / 2);
+	end_station(station);
+}
+
 static int make_stage(void **state)
 {
 	const char *addresses[CAMERA_COUNT] = {"fake:0", "fake:1", "fake:2", "fake:3"};
@@ -469,6 +488,7 @@ int main(void)
 		cmocka_unit_test(the_end_of_all_recordings_leaves_the_station_up),
 		cmocka_unit_test(every_loss_is_counted_by_its_cause),
 		cmocka_unit_test(one_camera_that_is_not_there_leaves_none_open),
+		cmocka_unit_test(queues_hold_a_quarter_of_a_second_also_of_cameras_that_run_faster),
 		cmocka_unit_test(a_station_that_nobody_listens_to_keeps_the_oldest_sets),
 	};
 
