@@ -48,7 +48,7 @@ bool hd_capture_keep(struct hd_capture *hd, const struct frame *frame);
 
 /* Solver thread. Gives the frames that have come their shots, by `book` where edges are reported,
  * else (NULL) by the time since sync's last shot. One that the ledger refuses stays without; so
- * does one that came before the first shot stays without. Returns how many those were. */
+ * does one that came before the first shot. Returns how many those were. */
 uint64_t hd_capture_place(struct hd_capture *hd, struct hd_plan *plan, const struct sync *sync,
 			  struct shot_book *book, uint32_t camera);
 

@@ -246,7 +246,7 @@ void show_json(FILE *out, const struct referee *referee, const struct results *r
 	       const struct demo_facts *facts)
 {
 	json_t *root = json_pack(
-		"{ss ss sI sI so so so so so s{so so so} so s{so so} s{so so sI} so sb}", "mode",
+		"{ss ss sI sI so so so so so s{so so so} so s{so so} s{so so sI} so so sb}", "mode",
 		facts->mode, "scene", facts->scene, "seed", (json_int_t)facts->seed, "cameras",
 		(json_int_t)facts->camera_count, "rate_hz", number(facts->rate_hz), "seconds",
 		number(facts->seconds), "startup_s", number(facts->startup_s), "ended_early",

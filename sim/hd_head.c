@@ -14,16 +14,16 @@ struct patch {
 	uint8_t colour[HD_COLOURS];
 };
 
-/* Dark enough that a marker, added on top, stays below white. */
-static const uint8_t SKIN[HD_COLOURS] = {104, 78, 64}, HAIR[HD_COLOURS] = {38, 30, 24};
+/* Dark: the lens is stopped down so that the markers, added on top, stay below white. */
+static const uint8_t SKIN[HD_COLOURS] = {71, 53, 44}, HAIR[HD_COLOURS] = {26, 20, 16};
 
 static const struct patch PATCHES[] = {
-	{0.36, 0.14, 0.17, 0.075, {108, 106, 102}}, {-0.36, 0.14, 0.17, 0.075, {108, 106, 102}},
-	{0.36, 0.14, 0.065, 0.07, {40, 52, 46}},    {-0.36, 0.14, 0.065, 0.07, {40, 52, 46}},
-	{0.38, 0.33, 0.23, 0.035, {46, 34, 28}},    {-0.38, 0.33, 0.23, 0.035, {46, 34, 28}},
-	{0.0, -0.14, 0.14, 0.1, {92, 66, 54}},      {0.07, -0.19, 0.035, 0.025, {44, 30, 26}},
-	{-0.07, -0.19, 0.035, 0.025, {44, 30, 26}}, {0.0, -0.48, 0.3, 0.075, {104, 52, 50}},
-	{0.0, -0.48, 0.26, 0.012, {50, 24, 24}},
+	{0.36, 0.14, 0.17, 0.075, {73, 72, 69}},    {-0.36, 0.14, 0.17, 0.075, {73, 72, 69}},
+	{0.36, 0.14, 0.065, 0.07, {27, 35, 31}},    {-0.36, 0.14, 0.065, 0.07, {27, 35, 31}},
+	{0.38, 0.33, 0.23, 0.035, {31, 23, 19}},    {-0.38, 0.33, 0.23, 0.035, {31, 23, 19}},
+	{0.0, -0.14, 0.14, 0.1, {63, 45, 37}},      {0.07, -0.19, 0.035, 0.025, {30, 20, 18}},
+	{-0.07, -0.19, 0.035, 0.025, {30, 20, 18}}, {0.0, -0.48, 0.3, 0.075, {71, 35, 34}},
+	{0.0, -0.48, 0.26, 0.012, {34, 16, 16}},
 };
 
 static void paint(double x, double y, bool front, uint8_t colour[HD_COLOURS])
@@ -36,8 +36,10 @@ static void paint(double x, double y, bool front, uint8_t colour[HD_COLOURS])
 		const struct patch *p = &PATCHES[i];
 		double u = (x - p->x) / p->half_width, v = (y - p->y) / p->half_height;
 
-		if (u * u + v * v < 1)
-			memcpy(colour, p->colour, HD_COLOURS);
+		double share = fmin(fmax(2 * (1 - sqrt(u * u + v * v)), 0), 1); /* soft rim */
+
+		for (int k = 0; k < HD_COLOURS; k++)
+			colour[k] = (uint8_t)(colour[k] + share * (p->colour[k] - colour[k]));
 	}
 }
 

@@ -12,9 +12,9 @@
 #include "sim/marker_spot.h"
 #include "sim/noise.h"
 
-#define PEAK_GREY 120.0 /* that a nominal marker adds to the skin */
-#define BLUR_SIGMA_PX 1.0
-#define BACKGROUND_GREY 26.0
+#define PEAK_GREY 160.0   /* that a nominal marker adds to the skin */
+#define BLUR_SIGMA_PX 1.3 /* of lens and low-pass filter */
+#define BACKGROUND_GREY 20.0
 
 struct sim_hd_renderer {
 	/* set when made */

@@ -53,7 +53,17 @@ def test_demo_on_in_process_cameras_passes(start, tmp_path):
     assert demo.returncode == 0, output + messages
     assert results["passed"] and results["shots"]["received"] > 400
     assert results["error_mm"]["median"] < 0.1
+    assert results["simulator"]["frames_late"] >= 0
     assert not list(tmp_path.iterdir())
+
+
+def test_demo_counts_the_frames_of_its_hd_cameras(start):
+    with start("--sim", "--hd", "2", "--seconds", "3", "--json") as demo:
+        output, messages = demo.communicate(timeout=60)
+    hd = json.loads(output)["hd"]
+    assert hd["shots"] > 80, output + messages
+    assert [camera["name"] for camera in hd["cameras"]] == ["hd0", "hd1"]
+    assert all(c["frames"] > 80 and c["phase"] == 0 and c["off_phase"] == 0 for c in hd["cameras"])
 
 
 def test_demo_on_gige_cameras_streams_true_markers(start, tmp_path):
@@ -105,6 +115,8 @@ def test_death_of_the_station_fails_the_demo(start, tmp_path):
     pytest.param(["--seed", "x"], id="seed"),
     pytest.param(["--nonsense"], id="option"),
     pytest.param(["extra"], id="argument"),
+    pytest.param(["--hd", "1"], id="hd_without_sim"),
+    pytest.param(["--sim", "--hd", "4"], id="hd"),
 ])
 def test_wrong_usage_starts_nothing(start, tmp_path, args):
     with start(*args) as demo:

@@ -1,0 +1,109 @@
+"""HD cameras beside the tracked ones: live, and as recordings."""
+import json
+import struct
+import time
+import zlib
+
+import pytest
+
+from conftest import Station, ctl
+
+PHASE = 2
+
+
+def read_png(path):
+    """Width and height of a sound RGB image."""
+    data = path.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at, pixels, header = 8, b"", None
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at:at + 8])
+        body = data[at + 8:at + 8 + size]
+        assert struct.unpack(">I", data[at + 8 + size:at + 12 + size])[0] == zlib.crc32(kind + body)
+        if kind == b"IHDR":
+            header = struct.unpack(">IIBBBBB", body)
+        elif kind == b"IDAT":
+            pixels += body
+        at += 12 + size
+    width, height, depth, colour = header[:4]
+    assert (depth, colour) == (8, 2)  # RGB
+    assert len(zlib.decompress(pixels)) == height * (1 + 3 * width)
+    return width, height
+
+
+@pytest.fixture(scope="module")
+def hd_recording(tmp_path_factory):
+    place = tmp_path_factory.mktemp("hd") / "stage"
+    done = ctl("sim", "record", place, "--seconds", "0.2", "--hd", "1", "--seed", "5")
+    assert done.returncode == 0, done.stderr
+    return place
+
+
+@pytest.fixture(scope="module")
+def live(hd_recording, tmp_path_factory):
+    """Four IR cameras at 120 Hz and one HD camera, exposed in shots 4k + PHASE."""
+    text = (hd_recording / "stage.yaml").read_text().replace("files:", "sim:")
+    text = text.replace("trigger: free", "trigger: sim")
+    config = hd_recording / "sim.yaml"
+    config.write_text(text + f"hd: {{phase: {PHASE}}}\nsim: {{scene: talking, seed: 5}}\n")
+    station = Station(config, tmp_path_factory.mktemp("live") / "sockets").wait_running()
+    yield station
+    station.end()
+
+
+def hd_camera(status):
+    return next(camera for camera in status["cameras"] if camera["role"] == "hd")
+
+
+def test_hd_frame_k_is_of_shot_4k_plus_phase(live):
+    seen, end = set(), time.monotonic() + 2
+    while time.monotonic() < end:
+        hd = hd_camera(live.status())["hd"]
+        assert hd["shot"] is None or hd["shot"] == 4 * hd["index"] + PHASE
+        assert hd["off_phase"] == 0
+        seen.add(hd["index"])
+    assert len(seen) >= 10 and max(seen) - min(seen) > 45
+
+
+def test_hd_frames_come_at_a_quarter_of_the_rate_and_none_is_lost(live):
+    before, begin = hd_camera(live.status()), time.monotonic()
+    time.sleep(1)
+    after, passed = hd_camera(live.status()), time.monotonic() - begin
+    assert abs((after["frames"] - before["frames"]) / passed - 30) < 3
+    assert after["losses"]["refused"] == after["losses"]["wrong_time"] == 0
+
+
+def test_marker_sets_name_the_hd_frame_of_their_shot(live):
+    tap = live.ctl("stream", "tap", "--json", "--count", "60")
+    sets = [json.loads(line) for line in tap.stdout.splitlines() if '"shot"' in line]
+    assert len(sets) == 60
+    for one in sets:
+        if one["shot"] % 4 == PHASE:
+            assert one["hd"] == {"index": one["shot"] // 4, "phase": PHASE}
+        else:
+            assert "hd" not in one
+
+
+def test_no_shot_waits_for_hd(live):
+    status = live.status()
+    assert hd_camera(status)["missing"] == 0
+    assert status["shots"]["solved"] > status["cameras"][-1]["frames"] * 3
+
+
+def test_preview_of_an_hd_camera_is_a_colour_picture_of_its_size(live, tmp_path):
+    image = tmp_path / "hd0.png"
+    done = live.ctl("camera", "preview", "hd0", "--output", image)
+    assert done.returncode == 0, done.stderr
+    assert read_png(image) == (1920, 1080)
+
+
+def test_recorded_hd_frames_bear_the_shots_they_were_exposed_in(hd_recording, start):
+    rows = (hd_recording / "hd0" / "frames.csv").read_text().splitlines()[1:]
+    shots = [int(row.split(",")[0]) for row in rows]
+    assert shots == [0, 4, 8, 12, 16, 20]
+    station = start(hd_recording / "stage.yaml").wait_running()
+    deadline = time.monotonic() + 5
+    while (status := station.status())["state"] != "ended" and time.monotonic() < deadline:
+        time.sleep(0.05)
+    camera = hd_camera(status)
+    assert camera["frames"] == 6 and camera["hd"]["off_phase"] == 0
