@@ -85,6 +85,7 @@ static enum arguments_result parse_options(const struct verb *verb,
 						 arguments[count].value_name != NULL, NULL, count};
 	options[count] = (struct option){"help", 0, NULL, HELP_OPTION};
 	optind = 0;
+	argv[0] = (char *)"stagectl"; /* whom getopt's own messages name */
 	while ((chosen = getopt_long(argc, argv, "h", options, NULL)) != -1) {
 		if (chosen == HELP_OPTION || chosen == 'h') {
 			print_help(verb, arguments);

@@ -87,6 +87,11 @@ static int prepare(struct process *p, const char *config_path, const char *outpu
 
 	if (err)
 		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+	if (!p->stage.ir_mask) {
+		diag_add(diag, "%s: cameras: none has the role ir, so there is nothing to track",
+			 config_path);
+		return EXIT_CODE_BAD_INPUT;
+	}
 	err = open_cameras(p->cameras, &p->stage, p->stage.ir_mask, recording_drivers, diag);
 	if (err)
 		return err == -ENOMEM ? EXIT_CODE_INTERNAL : EXIT_CODE_BAD_INPUT;

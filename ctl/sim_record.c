@@ -1,6 +1,7 @@
 /*
  * stagectl sim record: a simulated recording for files: cameras, with its truth beside it.
  */
+#include <errno.h>
 #include <inttypes.h>
 #include <jansson.h>
 #include <stdio.h>
@@ -30,6 +31,17 @@ static void report(const char *dir, bool json)
 	json_decref(object);
 }
 
+/* What was asked for was wrong, or it could not be written. */
+static int exit_code_of_record(int err)
+{
+	return err == -EINVAL || err == -EEXIST ? EXIT_CODE_USAGE : EXIT_CODE_INTERNAL;
+}
+
+static uint32_t to_u32(uint64_t count)
+{
+	return count > UINT32_MAX ? UINT32_MAX : (uint32_t)count;
+}
+
 int verb_sim_record(const struct verb *verb, int argc, char **argv)
 {
 	const char *dir, *scene = "talking";
@@ -52,19 +64,18 @@ int verb_sim_record(const struct verb *verb, int argc, char **argv)
 
 	if (parsed != ARGUMENTS_OK)
 		return arguments_exit_code(parsed);
-	struct sim_options options = {
-		.scene = scene,
-		.seed = seed,
-		.camera_count = cameras > CAMERA_MAX ? UINT32_MAX : (uint32_t)cameras,
-		.rate_hz = rate_hz,
-		.hd_camera_count = hd > CAMERA_MAX ? UINT32_MAX : (uint32_t)hd,
-		.hd_after_ir_ns = SIM_HD_AFTER_IR_NS};
+	struct sim_options options = {.scene = scene,
+				      .seed = seed,
+				      .camera_count = to_u32(cameras),
+				      .rate_hz = rate_hz,
+				      .hd_camera_count = to_u32(hd),
+				      .hd_after_ir_ns = SIM_HD_AFTER_IR_NS};
 	int err = sim_record(&options, dir, seconds, isatty(STDERR_FILENO) ? progress : NULL, NULL,
 			     &diag);
 	diag_print(&diag, stderr);
 	diag_finish(&diag);
 	if (err)
-		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+		return exit_code_of_record(err);
 	report(dir, json);
 	return EXIT_CODE_OK;
 }

@@ -212,7 +212,7 @@ int verb_stream_tap(const struct verb *verb, int argc, char **argv)
 	const char *socket_dir = DEFAULT_SOCKET_DIR;
 	struct tap tap = {0};
 	const struct argument arguments[] = {
-		{"count", "N", "stop after N shots", .count = &tap.count_wanted},
+		{"count", "N", "stop after N shots (default 0: never)", .count = &tap.count_wanted},
 		{"seconds", "S", "stop after S seconds", .number = &tap.seconds},
 		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
 		 .text = &socket_dir},

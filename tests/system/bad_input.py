@@ -102,6 +102,14 @@ def test_bad_input(spoil, stage, tmp_path):
         assert checked.returncode == 3 and named in checked.stderr
 
 
+def test_nothing_to_track_is_told(stage, tmp_path):
+    config, output = stage / "stage.yaml", tmp_path / "out.jsonl"
+    config.write_text(config.read_text().replace("role: ir", "role: hd"))
+    done = ctl("process", config, "--output", output)
+    assert done.returncode == 3 and not output.exists()
+    assert "stage.yaml" in done.stderr and "role" in done.stderr
+
+
 def test_all_errors_are_told_in_one_run(stage):
     named = [doubled_marker(stage), missing_model(stage), malformed_model(stage)]
     checked = ctl("config", "check", stage / "stage.yaml")

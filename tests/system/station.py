@@ -252,5 +252,14 @@ def test_every_verb_has_help_and_wrong_usage_is_told():
         assert told.returncode == 0
         assert f"stagectl {verb}" in told.stdout and "Exit codes" in told.stdout
         assert ctl(*verb.split(), "--no-such-option").returncode == 2
+        assert "stagectl" in ctl(*verb.split(), "--no-such-option").stderr.split(":")[0]
     assert ctl("fly").returncode == 2
     assert ctl().returncode == 2
+
+
+def test_sim_record_tells_wrong_wishes_from_a_full_disk(tmp_path):
+    for wish in (("--cameras", "99"), ("--scene", "opera"), ("--rate", "1e9"), ("--hd", "77")):
+        told = ctl("sim", "record", tmp_path / "take", *wish)
+        assert told.returncode == 2 and wish[1].replace("1e9", "1e+09") in told.stderr
+        assert not (tmp_path / "take").exists()
+    assert ctl("sim", "record", tmp_path / "no" / "take").returncode == 1
