@@ -33,6 +33,35 @@ static const char *const roles[] = {"ir", "hd", NULL};
 
 #define CAMERA_AT(member) offsetof(struct config_camera, member)
 
+#define AREA_NUMBER(member, low)                                                          \
+	.kind = YAML_INT, .offset = offsetof(struct mask_area, member), .required = true, \
+	.min = (low), .max = 16384, .unit = "pixels"
+
+static const struct yaml_key area_keys[] = {
+	{"x", AREA_NUMBER(x_px, 0)},
+	{"y", AREA_NUMBER(y_px, 0)},
+	{"width", AREA_NUMBER(width_px, 1)},
+	{"height", AREA_NUMBER(height_px, 1)},
+	{0},
+};
+
+static void read_mask(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	struct mask *mask = &((struct config_camera *)target)->mask;
+	struct yaml_value item;
+	char field[YAML_FIELD_BYTES];
+	void *iterator = NULL;
+	int index = -1;
+
+	while (yaml_next_item(yaml, value, &iterator, &index, &item, field)) {
+		if (index == MASK_AREA_MAX) {
+			yaml_complain(yaml, item.place, field, "more than %d areas", MASK_AREA_MAX);
+			return;
+		}
+		yaml_read_mapping(yaml, &item, area_keys, &mask->areas[mask->area_count++], NULL);
+	}
+}
+
 static const struct yaml_key camera_keys[] = {
 	{"name", YAML_NAME, CAMERA_AT(name), true, .size = NAME_BYTES},
 	{"address", YAML_TEXT, CAMERA_AT(address), true,
@@ -45,6 +74,7 @@ static const struct yaml_key camera_keys[] = {
 	 .unit = "microseconds"},
 	{"gain_db", YAML_DOUBLE, CAMERA_AT(wanted.gain_db), .min = 0, .max = 60,
 	 .unit = "decibels"},
+	{"mask", YAML_CUSTOM, .read = read_mask},
 	{0},
 };
 
@@ -168,6 +198,10 @@ static void read_camera(struct yaml *yaml, const struct yaml_value *value, struc
 	if (*camera.address)
 		check_address(yaml, &camera, places[CAMERA_ADDRESS], part);
 	check_doubled(yaml, config, &camera, places, value->field);
+	if (camera.role == ROLE_HD && camera.mask.area_count)
+		yaml_complain(
+			yaml, value->place, value->field,
+			"mask: only of a camera with the role ir, in whose images spots are found");
 	camera.wanted.format = camera.role == ROLE_HD ? PIXEL_BAYER_RG8 : PIXEL_GREY8;
 	config->cameras[config->camera_count++] = camera;
 }

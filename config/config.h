@@ -13,6 +13,7 @@
 #include "drivers/trigger.h"
 #include "track/blobs.h"
 #include "track/layout.h"
+#include "track/mask.h"
 #include "track/tracker.h"
 
 enum camera_role { ROLE_IR, ROLE_HD };
@@ -22,6 +23,7 @@ struct config_camera {
 	char address[256]; /* driver:rest; paths in it are relative to base_dir */
 	enum camera_role role;
 	struct camera_mode wanted; /* zero fields: the device's own choice */
+	struct mask mask;          /* spots there do not count */
 	int line, column;          /* of the camera in the file, for messages */
 };
 

@@ -8,23 +8,55 @@
 #include "config/layout_file.h"
 
 /* The rig holds the tracked cameras alone: nobody needs to calibrate one that is only recorded. */
-static int load_rig(struct stage *stage, struct diag *diag)
+static void number_views(struct stage *stage)
+{
+	uint32_t count = 0;
+
+	for (uint32_t c = 0; c < stage->config.camera_count; c++) {
+		bool is_ir = stage->config.cameras[c].role == ROLE_IR;
+
+		stage->ir_mask |= (uint32_t)is_ir << c;
+		stage->view_index[c] = is_ir ? count++ : VIEW_NONE;
+	}
+}
+
+/* `rig` is where it stays: the views of `tracking` point into it. */
+static int load_rig(const struct stage *stage, struct rig *rig, struct tracker_rig *tracking,
+		    struct diag *diag)
 {
 	const struct config *config = &stage->config;
 	char names[CAMERA_MAX][NAME_BYTES];
 	uint32_t count = 0;
 
-	stage->tracking.camera_count = config->camera_count;
+	*tracking = (struct tracker_rig){.camera_count = config->camera_count,
+					 .layout = &stage->layout,
+					 .settings = config->tracking};
 	for (uint32_t c = 0; c < config->camera_count; c++) {
-		stage->view_index[c] = VIEW_NONE;
-		if (config->cameras[c].role != ROLE_IR)
+		if (stage->view_index[c] == VIEW_NONE)
 			continue;
 		memcpy(names[count], config->cameras[c].name, NAME_BYTES);
-		stage->ir_mask |= UINT32_C(1) << c;
-		stage->tracking.views[c] = &stage->rig.views[count];
-		stage->view_index[c] = count++;
+		tracking->views[c] = &rig->views[count++];
 	}
-	return rig_load(&stage->rig, config->rig_dir, names, count, diag);
+	return rig_load(rig, config->rig_dir, names, count, diag);
+}
+
+int stage_load_rig_again(const struct stage *stage, struct rig *rig, struct tracker_rig *tracking,
+			 struct diag *diag)
+{
+	int err = load_rig(stage, rig, tracking, diag);
+
+	if (err)
+		return err;
+	for (uint32_t i = 0; i < rig->camera_count; i++) {
+		const struct view *view = &stage->rig.views[i];
+		int size_err = rig_check_size(rig, i, view->width_px, view->height_px, diag);
+
+		if (size_err)
+			err = size_err;
+	}
+	if (err)
+		rig_finish(rig);
+	return err;
 }
 
 int stage_load(struct stage *stage, const char *config_path, struct diag *diag)
@@ -34,14 +66,13 @@ int stage_load(struct stage *stage, const char *config_path, struct diag *diag)
 	if (err)
 		return err;
 	int layout_err = layout_load(&stage->layout, stage->config.layout_path, diag);
-	int rig_err = load_rig(stage, diag);
+	number_views(stage);
+	int rig_err = load_rig(stage, &stage->rig, &stage->tracking, diag);
 
 	if (layout_err && !rig_err)
 		rig_finish(&stage->rig);
 	if (layout_err || rig_err)
 		return layout_err ? layout_err : rig_err;
-	stage->tracking.layout = &stage->layout;
-	stage->tracking.settings = stage->config.tracking;
 	return 0;
 }
 

@@ -22,4 +22,8 @@ struct stage {
 /* Loads all that the config names; one run reports every error. Returns 0, -EINVAL, -ENOMEM or the
  * errno of reading a file; on failure nothing is held. */
 int stage_load(struct stage *stage, const char *config_path, struct diag *diag);
+/* Loads the config's rig anew, for the same cameras with the same image sizes; `rig` is where it
+ * stays, `tracking` borrows it and the stage's layout. Errors as above. Any one thread. */
+int stage_load_rig_again(const struct stage *stage, struct rig *rig, struct tracker_rig *tracking,
+			 struct diag *diag);
 void stage_finish(struct stage *stage); /* a zeroed stage is fine */

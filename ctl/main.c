@@ -11,6 +11,8 @@ static const struct verb verbs[] = {
 	{"status", "", "Says how the running station is doing", verb_status},
 	{"start", "", "Makes the station capture, solve and stream", verb_start},
 	{"stop", "", "Makes it stop; devices stay open", verb_stop},
+	{"rig reload", "", "Loads the calibration again and swaps it in, also while live",
+	 verb_rig_reload},
 	{"camera list", "", "Lists the cameras that can be seen now", verb_camera_list},
 	{"camera show", "NAME|ADDRESS", "Says what a camera is and does", verb_camera_show},
 	{"camera preview", "NAME|ADDRESS", "Saves one image, with the spots found in it circled",

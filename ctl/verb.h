@@ -14,6 +14,7 @@ struct verb {
 
 int verb_start(const struct verb *verb, int argc, char **argv);
 int verb_stop(const struct verb *verb, int argc, char **argv);
+int verb_rig_reload(const struct verb *verb, int argc, char **argv);
 int verb_status(const struct verb *verb, int argc, char **argv);
 int verb_camera_list(const struct verb *verb, int argc, char **argv);
 int verb_camera_show(const struct verb *verb, int argc, char **argv);

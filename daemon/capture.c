@@ -91,6 +91,7 @@ static struct blob_set *find_blobs(struct capture *capture, const struct frame *
 	set->uncertainty_ns = frame->uncertainty_ns;
 	set->arrival_ns = frame->arrival_ns;
 	blob_finder_run(capture->finder, &image, set);
+	count(&capture->counters.blobs_masked, mask_apply(capture->mask_in_use, set));
 	set->found_ns = clock_now_ns();
 	count(&capture->counters.blobs, set->blob_count);
 	count(&capture->counters.blobs_lost, set->blobs_lost);
@@ -174,6 +175,7 @@ static void run_capture(void *argument)
 	while (state == CAPTURE_RUNNING &&
 	       !atomic_load_explicit(&capture->stopping, memory_order_relaxed)) {
 		heartbeat_beat(&capture->thread.heartbeat);
+		capture->mask_in_use = handover_take(&capture->masks);
 		state = capture_once(capture);
 	}
 	atomic_store(&capture->state, state == CAPTURE_RUNNING ? CAPTURE_STOPPED : state);
@@ -205,11 +207,18 @@ int capture_init(struct capture *capture, const struct config_camera *camera,
 		 uint32_t queue_length)
 {
 	const struct camera_mode *mode = &device->granted;
-	int err;
+	int err = 0;
 
 	memset(capture, 0, sizeof(*capture));
 	memcpy(capture->name, camera->name, sizeof(capture->name));
 	capture->role = camera->role;
+	capture->mask = malloc(sizeof(*capture->mask));
+	if (!capture->mask) {
+		capture_finish(capture);
+		return -ENOMEM;
+	}
+	*capture->mask = camera->mask;
+	handover_init(&capture->masks, capture->mask);
 	err = camera->role == ROLE_IR
 		      ? init_ir(capture, mode, settings, queue_length)
 		      : hd_capture_init(&capture->hd, image_bytes(mode),
@@ -231,6 +240,8 @@ void capture_finish(struct capture *capture)
 	ring_finish(&capture->sets);
 	hd_capture_finish(&capture->hd);
 	free(capture->preview.pixels);
+	free(capture->mask_before);
+	free(capture->mask);
 	memset(capture, 0, sizeof(*capture));
 }
 
@@ -254,6 +265,24 @@ void capture_lose(struct capture *capture, const char *why)
 	memcpy(capture->lost_why, why, length);
 	capture->lost_why[length] = '\0';
 	atomic_store(&capture->state, CAPTURE_LOST);
+}
+
+int capture_set_mask(struct capture *capture, const struct mask *mask)
+{
+	if (!capture->thread.joinable)
+		handover_take(&capture->masks); /* nobody else does */
+	if (!handover_settled(&capture->masks))
+		return -EBUSY;
+	struct mask *copy = malloc(sizeof(*copy));
+
+	if (!copy)
+		return -ENOMEM;
+	*copy = *mask;
+	free(capture->mask_before);
+	capture->mask_before = capture->mask;
+	capture->mask = copy;
+	handover_offer(&capture->masks, copy);
+	return 0;
 }
 
 int capture_start(struct capture *capture, struct diag *diag)

@@ -7,6 +7,7 @@
 #include <stdatomic.h>
 
 #include "base/clock.h"
+#include "base/handover.h"
 #include "base/ring.h"
 #include "config/config.h"
 #include "daemon/hd_capture.h"
@@ -41,6 +42,7 @@ struct preview {
 struct capture_counters {
 	_Atomic uint64_t frames;       /* came whole */
 	_Atomic uint64_t blobs;        /* found in them */
+	_Atomic uint64_t blobs_masked; /* of them, in the mask */
 	_Atomic uint64_t blobs_lost;   /* beyond what a set holds */
 	_Atomic uint64_t damaged;      /* the driver dropped them as broken */
 	_Atomic uint64_t wrong_size;   /* of another size or format than granted */
@@ -67,9 +69,13 @@ struct capture {
 	struct realtime_thread thread;
 	bool damage_told; /* logged once; the counters tell how much */
 	int64_t lost_since_ns;
+	struct mask *mask, *mask_before;  /* owned; the one before until the thread took this */
 	char lost_why[CAPTURE_WHY_BYTES]; /* the latest reason that it is not there */
 
+	struct handover masks; /* of const struct mask, control to capture thread */
+
 	/* capture thread */
+	const struct mask *mask_in_use;
 	bool has_seq;
 	uint64_t last_seq;
 
@@ -91,6 +97,10 @@ void capture_finish(struct capture *capture); /* closes the device; a zeroed cap
 
 /* Counts anew and drops what is queued. */
 void capture_begin_run(struct capture *capture);
+
+/* Spots in these areas do not count from the next frame on. Returns 0, -ENOMEM, or -EBUSY while the
+ * thread has not yet seen the mask before. */
+int capture_set_mask(struct capture *capture, const struct mask *mask);
 
 /* Says that the device is gone, and why. The thread must not run. */
 void capture_lose(struct capture *capture, const char *why);

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
+#include "base/log.h"
 #include "daemon/control_methods.h"
 #include "daemon/listen.h"
 
@@ -288,7 +289,36 @@ static void answer_preview(struct control_client *client, bool ready)
 		client_work(client);
 }
 
-void control_answer_previews(struct control *control)
+static void log_swap(const struct rig_swap *swap, enum rig_swap_state state)
+{
+	if (state == RIG_SWAP_DONE)
+		log_info("rig %s in use", rig_swap_revision(swap, swap->current->serial));
+	else
+		log_warning("the rig was not reloaded: %s",
+			    swap->diag.text ? swap->diag.text : strerror(-swap->error));
+}
+
+static void answer_rig(struct control *control)
+{
+	struct station *station = control->context.station;
+	enum rig_swap_state state =
+		rig_swap_poll(&station->rig_swap, station->solver.thread.joinable);
+
+	if (state != RIG_SWAP_DONE && state != RIG_SWAP_FAILED)
+		return;
+	log_swap(&station->rig_swap, state);
+	for (int i = 0; i < CONTROL_CLIENT_MAX; i++) {
+		struct control_client *client = &control->clients[i];
+
+		if (client->fd < 0 || client->wait.kind != WAIT_RIG)
+			continue;
+		client->wait = (struct wait){0};
+		if (client_reply(client, rig_reply(station, state)))
+			client_work(client);
+	}
+}
+
+static void answer_previews(struct control *control)
 {
 	bool ready[CAMERA_MAX];
 
@@ -304,6 +334,12 @@ void control_answer_previews(struct control *control)
 		    ready[client->wait.camera])
 			answer_preview(client, true);
 	}
+}
+
+void control_answer_waiting(struct control *control)
+{
+	answer_rig(control);
+	answer_previews(control);
 }
 
 /* One that has not yet read the status before waits for a later one. */
@@ -332,6 +368,7 @@ void control_tick(struct control *control)
 {
 	int64_t now_ns = clock_real_now_ns();
 
+	answer_rig(control);
 	for (int i = 0; i < CONTROL_CLIENT_MAX; i++)
 		if (control->clients[i].fd >= 0)
 			client_tick(&control->clients[i], now_ns);

@@ -33,8 +33,8 @@ void control_destroy(struct control *control); /* accepts NULL; removes the sock
 /* Whose figures GetStatus shows; before the loop runs. Borrowed. */
 void control_set_server(struct control *control, const struct server *server);
 
-/* After the station's wake_fd was written: answers those who wait for an image. */
-void control_answer_previews(struct control *control);
+/* After the station's wake_fd was written: answers those who wait for an image or a rig. */
+void control_answer_waiting(struct control *control);
 
 /* Once a second: the status for those who follow it; cuts off those who stall, answers previews
  * that never came. */

@@ -36,7 +36,7 @@ static json_t *messages_json(const struct diag *diag)
 	return messages;
 }
 
-static json_t *wrong_state(const struct call *call)
+json_t *wrong_state(const struct call *call)
 {
 	return varlink_error("org.stage.Control.WrongState",
 			     json_pack("{s:s, s:s}", "method", call->method, "state",
@@ -49,7 +49,7 @@ static json_t *state_reply(const struct station *station)
 					"run", (int)station->run));
 }
 
-static json_t *failed(enum exit_code code, const struct diag *diag)
+json_t *failed_reply(enum exit_code code, const struct diag *diag)
 {
 	return varlink_error(
 		"org.stage.Control.Failed",
@@ -63,7 +63,7 @@ static json_t *begin(struct call *call, enum station_event how)
 	enum exit_code code = station_start(station, how, &diag);
 	json_t *reply = code == EXIT_CODE_OK        ? state_reply(station)
 			: code == EXIT_CODE_RUNNING ? wrong_state(call)
-						    : failed(code, &diag);
+						    : failed_reply(code, &diag);
 
 	if (code == EXIT_CODE_OK)
 		log_info("%s, told by an operator", station_state_name(station->state));
@@ -101,6 +101,8 @@ static const struct method {
 	{"org.stage.Control.Start", PERMISSION_COMMAND, start},
 	{"org.stage.Control.Calibrate", PERMISSION_COMMAND, calibrate},
 	{"org.stage.Control.Stop", PERMISSION_COMMAND, stop},
+	{"org.stage.Control.ReloadRig", PERMISSION_COMMAND, control_reload_rig},
+	{"org.stage.Control.SetMask", PERMISSION_COMMAND, control_set_mask},
 };
 
 static json_t *permission_denied(const struct method *method)

@@ -19,6 +19,7 @@ struct control_context {
 enum wait_kind {
 	WAIT_NONE,
 	WAIT_PREVIEW, /* preview_reply() once the camera's image is there */
+	WAIT_RIG,     /* rig_reply() once it is swapped, or that failed */
 	WAIT_STATUS,  /* status_reply() every second, until the client goes */
 };
 
@@ -43,9 +44,20 @@ json_t *control_call(const struct control_context *context, enum permission perm
 
 /* The methods that have a file of their own. */
 json_t *control_preview(struct call *call);
+json_t *control_reload_rig(struct call *call);
+json_t *control_set_mask(struct call *call);
+
+/* NULL when there is none of this name. */
+struct capture *find_camera(struct station *station, const char *name, int *index);
+
+json_t *wrong_state(const struct call *call);
+json_t *failed_reply(enum exit_code code, const struct diag *diag);
 
 /* `ready`: the camera's preview slot holds an image; else the reply says that none came. */
 json_t *preview_reply(struct station *station, int camera, bool ready);
+
+/* To ReloadRig, when `state` is DONE or FAILED. */
+json_t *rig_reply(const struct station *station, enum rig_swap_state state);
 json_t *no_such_camera(const struct station *station, const char *name);
 
 /* The station as GetStatus returns it (status.c). */

@@ -6,12 +6,12 @@
 
 #include "daemon/control_methods.h"
 
-static struct capture *find_camera(const struct station *station, const char *name, int *index)
+struct capture *find_camera(struct station *station, const char *name, int *index)
 {
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
 		if (strcmp(station->captures[c].name, name) == 0) {
 			*index = (int)c;
-			return (struct capture *)&station->captures[c];
+			return &station->captures[c];
 		}
 	return NULL;
 }

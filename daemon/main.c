@@ -32,6 +32,7 @@ struct program {
 	bool idle; /* stay configured until an operator says start */
 	struct station station;
 	struct stream_description description;
+	char rig_revision[sizeof(((struct rig *)0)->revision)]; /* the description's */
 	sd_event *event;
 	struct clock_alarm tick;
 	int64_t tick_ns; /* when the next tick is due */
@@ -123,9 +124,12 @@ static void describe_stream(struct program *program)
 	const struct stage *stage = &program->station.stage;
 	struct stream_description *description = &program->description;
 
+	strcpy(program->rig_revision, stage->rig.revision);
 	*description = (struct stream_description){
 		.station_version = STAGE_VERSION,
-		.rig_revision = stage->rig.revision,
+		.rig_revision = program->rig_revision,
+		.rig_serial = 1,
+		.run = 1,
 		.period_ns = program->station.period_ns,
 		.camera_count = stage->config.camera_count,
 		.layout = &stage->layout,
@@ -165,6 +169,20 @@ static enum exit_code open_sockets(struct program *program, struct diag *diag)
 	return exit_code_of(err, EXIT_CODE_CONNECTION);
 }
 
+/* Another run or another rig begins with this set: subscribers are told before they get it. */
+static void describe_anew(struct program *program, const struct marker_set *set)
+{
+	struct stream_description *description = &program->description;
+
+	if (set->rig_serial == description->rig_serial && set->run == description->run)
+		return;
+	description->rig_serial = set->rig_serial;
+	description->run = set->run;
+	snprintf(program->rig_revision, sizeof(program->rig_revision), "%s",
+		 rig_swap_revision(&program->station.rig_swap, set->rig_serial));
+	server_redescribe(program->server);
+}
+
 static int on_wake(sd_event_source *source, int fd, uint32_t events, void *user)
 {
 	struct program *program = user;
@@ -175,10 +193,11 @@ static int on_wake(sd_event_source *source, int fd, uint32_t events, void *user)
 	(void)events;
 	eventfd_read(fd, &ignored);
 	while ((set = station_next_set(&program->station))) {
+		describe_anew(program, set);
 		server_publish(program->server, set);
 		station_pop_set(&program->station);
 	}
-	control_answer_previews(program->control);
+	control_answer_waiting(program->control);
 	return 0;
 }
 

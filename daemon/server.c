@@ -26,6 +26,7 @@ struct subscriber {
 	pid_t pid;
 	int64_t connected_ns;
 	uint64_t sets_queued, sets_lost;
+	uint32_t described;   /* the version of the description that it has */
 	uint32_t start, used; /* of the queue, in bytes */
 	uint8_t queue[SUBSCRIBER_QUEUE_BYTES];
 };
@@ -37,6 +38,7 @@ struct server {
 	int fd;
 	sd_event_source *source;
 	struct encoder *encoder;
+	uint32_t description_version;
 	uint64_t sets_published, accepted_count, refused_count, cut_off_count, sets_lost;
 	struct subscriber *subscribers[SUBSCRIBER_MAX];
 };
@@ -175,7 +177,10 @@ static int describe(struct subscriber *s)
 		return r;
 	bool fits = queue_add(s, frame, size_bytes);
 	free(frame);
-	return fits ? subscriber_flush(s) : -EMSGSIZE;
+	if (!fits)
+		return -EMSGSIZE;
+	s->described = s->server->description_version;
+	return subscriber_flush(s);
 }
 
 static uint32_t free_slot(const struct server *server)
@@ -270,9 +275,31 @@ void server_destroy(struct server *server)
 	free(server);
 }
 
+void server_redescribe(struct server *server)
+{
+	server->description_version++;
+}
+
+/* False when the set may not follow: the subscriber is gone, or has no room for the description
+ * that must come before it. */
+static bool is_described(struct subscriber *s)
+{
+	int r = s->described == s->server->description_version ? 0 : describe(s);
+
+	if (r == -EMSGSIZE) {
+		s->sets_lost++;
+		s->server->sets_lost++;
+	} else if (r < 0) {
+		subscriber_destroy(s);
+	}
+	return r >= 0;
+}
+
 /* A queue that holds something waits for its socket: only an empty one is sent at once. */
 static void publish_to(struct subscriber *s, uint8_t *frame, size_t size_bytes)
 {
+	if (!is_described(s))
+		return;
 	bool was_empty = s->used == 0;
 	size_t own_bytes = frame_set_sets_lost(frame, size_bytes, s->sets_lost);
 

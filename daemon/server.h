@@ -24,6 +24,9 @@ int server_create(struct server **out, sd_event *event, const char *socket_path,
 		  const struct stream_description *description, struct diag *diag);
 void server_destroy(struct server *server); /* accepts NULL; removes the socket */
 
+/* What the description says has changed: every subscriber gets it before its next marker set. */
+void server_redescribe(struct server *server);
+
 /* Sends one marker set to every subscriber, or counts it as lost for those whose queue is full. */
 void server_publish(struct server *server, const struct marker_set *set);
 

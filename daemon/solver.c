@@ -8,6 +8,7 @@
 #include <sys/eventfd.h>
 
 #include "base/clock_virtual.h"
+#include "daemon/rig_swap.h"
 #include "drivers/trigger_plan.h"
 #include "track/shot.h"
 
@@ -149,11 +150,12 @@ static void track(struct solver *solver, const struct sync_decision *decision,
 		count(&solver->lost, 1);
 		return;
 	}
-	tracker_run(&solver->tracker, solver->scratch, &solver->stage->tracking, &shot, set);
-	shot_book_close(&solver->book, &solver->stage->tracking, &shot, set);
+	tracker_run(&solver->tracker, solver->scratch, &solver->rig->tracking, &shot, set);
+	shot_book_close(&solver->book, &solver->rig->tracking, &shot, set);
 	stamp(set, &shot);
 	hd_plan_stamp(&solver->hd, set);
 	set->run = solver->run;
+	set->rig_serial = solver->rig->serial;
 	clock_hold(); /* until station_pop_set() */
 	ring_publish(&solver->sets);
 	eventfd_write(solver->control_wake_fd, 1);
@@ -187,6 +189,18 @@ static void place_hd_frames(struct solver *solver)
 	}
 }
 
+/* Between two shots. A new rig may be another stage frame: nothing that was tracked holds in it. */
+static void take_rig(struct solver *solver)
+{
+	const struct live_rig *newest = handover_take(solver->rigs);
+
+	if (newest == solver->rig)
+		return;
+	solver->rig = newest;
+	tracker_state_init(&solver->tracker, &solver->stage->layout);
+	eventfd_write(solver->control_wake_fd, 1); /* the old one may be freed */
+}
+
 /* One step; false when there is nothing to do but wait, at most until `*wake_ns`. */
 static bool solve_next(struct solver *solver, int64_t *wake_ns)
 {
@@ -197,6 +211,7 @@ static bool solve_next(struct solver *solver, int64_t *wake_ns)
 	int64_t now_ns = clock_now_ns();
 
 	*wake_ns = now_ns + IDLE_WAIT_NS;
+	take_rig(solver);
 	place_hd_frames(solver);
 	if (!solver->pulses && !warm_up_step(&solver->warm_up, solver->captures,
 					     camera_count(solver), solver->sync.period_ns, now_ns))
@@ -234,12 +249,13 @@ static void run_solver(void *argument)
 	}
 }
 
-int solver_init(struct solver *solver, const struct stage *stage, struct capture *captures,
-		struct pulses *pulses, int control_wake_fd, int64_t period_ns,
-		uint32_t queue_length)
+int solver_init(struct solver *solver, const struct stage *stage, struct handover *rigs,
+		struct capture *captures, struct pulses *pulses, int control_wake_fd,
+		int64_t period_ns, uint32_t queue_length)
 {
 	memset(solver, 0, sizeof(*solver));
 	solver->stage = stage;
+	solver->rigs = rigs;
 	solver->captures = captures;
 	solver->pulses = pulses;
 	solver->control_wake_fd = control_wake_fd;
@@ -296,6 +312,7 @@ void solver_begin_run(struct solver *solver, bool solve, uint32_t run)
 	solver->warm_up = (struct warm_up){0};
 	solver->sync = (struct sync){.period_ns = solver->period_ns};
 	solver->hd = hd_plan_of(solver);
+	solver->rig = handover_take(solver->rigs);
 	begin_book(solver);
 	tracker_state_init(&solver->tracker, &solver->stage->layout);
 	memset(solver->missed_in_a_row, 0, sizeof(solver->missed_in_a_row));

@@ -8,6 +8,7 @@
 #include <stdatomic.h>
 
 #include "base/clock.h"
+#include "base/handover.h"
 #include "base/ring.h"
 #include "config/stage.h"
 #include "daemon/capture.h"
@@ -20,6 +21,7 @@
 struct solver {
 	/* set before the thread starts; all borrowed but the scratch */
 	const struct stage *stage;
+	struct handover *rigs; /* of const struct live_rig */
 	struct capture *captures;
 	struct pulses *pulses; /* NULL when no trigger reports edges */
 	int control_wake_fd;
@@ -37,6 +39,7 @@ struct solver {
 	struct sync sync;
 	struct shot_book book; /* its events: any thread reads */
 	struct hd_plan hd;
+	const struct live_rig *rig; /* taken last */
 	struct tracker_state tracker;
 	uint32_t missed_in_a_row[CAMERA_MAX];
 
@@ -51,9 +54,9 @@ struct solver {
 };
 
 /* Control thread. Returns 0 or -ENOMEM. */
-int solver_init(struct solver *solver, const struct stage *stage, struct capture *captures,
-		struct pulses *pulses, int control_wake_fd, int64_t period_ns,
-		uint32_t queue_length);
+int solver_init(struct solver *solver, const struct stage *stage, struct handover *rigs,
+		struct capture *captures, struct pulses *pulses, int control_wake_fd,
+		int64_t period_ns, uint32_t queue_length);
 void solver_finish(struct solver *solver); /* a zeroed solver is fine */
 
 /* Forgets the run before: counters, shot numbers, what was tracked. Marker sets that still wait for

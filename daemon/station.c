@@ -137,9 +137,11 @@ static int init_solver(struct station *station)
 
 	if (has_edges || station->period_ns == 0)
 		station->period_ns = station->stage.config.plan.period_ns;
-	return solver_init(&station->solver, &station->stage, station->captures,
-			   has_edges ? &station->pulses : NULL, station->wake_fd,
-			   station->period_ns, queue_length(station));
+	int err = rig_swap_init(&station->rig_swap, &station->stage, station->wake_fd);
+	return err ? err
+		   : solver_init(&station->solver, &station->stage, &station->rig_swap.handover,
+				 station->captures, has_edges ? &station->pulses : NULL,
+				 station->wake_fd, station->period_ns, queue_length(station));
 }
 
 static enum exit_code open_devices(struct station *station, struct diag *diag)
@@ -278,6 +280,7 @@ bool station_finish(struct station *station)
 	if (station->hung || !reopen_finish(&station->reopener))
 		return false;
 	solver_finish(&station->solver);
+	rig_swap_finish(&station->rig_swap);
 	pulses_close(&station->pulses);
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
 		capture_finish(&station->captures[c]);

@@ -9,6 +9,7 @@
 #include "daemon/capture.h"
 #include "daemon/pulses.h"
 #include "daemon/reopen.h"
+#include "daemon/rig_swap.h"
 #include "daemon/solver.h"
 #include "daemon/station_states.h"
 #include "daemon/statistics.h"
@@ -20,6 +21,7 @@ struct station {
 	struct pulses pulses;
 	struct solver solver;
 	struct reopener reopener;
+	struct rig_swap rig_swap;
 	struct statistics statistics;
 	int64_t period_ns; /* between shots: of the trigger's plan, or as the cameras run */
 	int wake_fd;       /* eventfd: marker sets or previews are ready, or a camera changed */

@@ -202,6 +202,8 @@ static int decode_description(struct decoder *decoder, const Stage__V1__Descript
 		.stage_axes = from->stage_axes,
 		.head_axes = from->head_axes,
 		.rig_revision = from->rig_revision,
+		.rig_serial = from->rig_serial,
+		.run = from->run,
 		.period_ns = from->period_ns,
 		.utc_offset_ns = from->clock ? from->clock->utc_offset_ns : 0,
 		.utc_uncertainty_ns = from->clock ? from->clock->uncertainty_ns : INT64_MAX};
@@ -289,6 +291,7 @@ static int decode_set(struct decoder *decoder, const Stage__V1__Message *message
 					.solved_ns = from->solved_ns,
 					.sent_ns = from->sent_ns,
 					.markers_lost = from->markers_lost,
+					.rig_serial = from->rig_serial,
 					.sets_lost = message->sets_lost};
 	if (from->hd) {
 		to->is_hd = true;

@@ -119,6 +119,7 @@ static void fill_set(struct encoder *e, const struct marker_set *from, int64_t s
 	to->solved_ns = from->solved_ns;
 	to->sent_ns = sent_ns;
 	to->markers_lost = from->markers_lost;
+	to->rig_serial = from->rig_serial;
 	to->hd = from->is_hd ? &e->hd : NULL;
 	e->hd.index = from->hd_index;
 	e->hd.phase = from->hd_phase;
@@ -244,6 +245,8 @@ static void fill_description(Stage__V1__Description *to, struct description_part
 	to->stage_axes = text("z up");
 	to->head_axes = text("x to the subject's left, y up, z out of the face");
 	to->rig_revision = text(from->rig_revision);
+	to->rig_serial = from->rig_serial;
+	to->run = from->run;
 	to->period_ns = from->period_ns;
 	to->n_cameras = from->camera_count;
 	to->cameras = parts->camera_pointers;

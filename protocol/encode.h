@@ -25,6 +25,8 @@ struct stream_camera {
 struct stream_description {
 	const char *station_version;
 	const char *rig_revision;
+	uint32_t rig_serial;
+	uint32_t run;
 	int64_t period_ns; /* 0 = not known beforehand */
 	uint32_t camera_count;
 	struct stream_camera cameras[CAMERA_MAX];

@@ -51,8 +51,10 @@ struct stage_description {
 	const char *station_version;
 	const char *length_unit, *handedness, *stage_axes, *head_axes;
 	const char *rig_revision; /* names the calibration */
-	int64_t period_ns;        /* between shots; 0 = not known beforehand */
-	int64_t utc_offset_ns;    /* UTC since 1970 = time + offset, when this was sent */
+	uint32_t rig_serial;      /* that the marker sets behind this description bear */
+	uint32_t run;      /* times that the station was started; shots are numbered anew in each */
+	int64_t period_ns; /* between shots; 0 = not known beforehand */
+	int64_t utc_offset_ns; /* UTC since 1970 = time + offset, when this was sent */
 	int64_t utc_uncertainty_ns;
 	uint32_t camera_count; /* camera c is bit c of every mask */
 	const struct stage_camera *cameras;
@@ -102,7 +104,8 @@ struct stage_marker_set {
 	uint64_t sets_lost;    /* sets that this subscriber has lost so far by reading too slowly */
 	bool is_hd;            /* the HD cameras expose in this shot; then: */
 	uint32_t hd_phase;
-	uint64_t hd_index; /* number k of their frames: shot = divider * k + phase */
+	uint64_t hd_index;   /* number k of their frames: shot = divider * k + phase */
+	uint32_t rig_serial; /* which rig it was solved with; the latest description names it */
 };
 
 /* A person should read it; the station may end the connection behind it. */

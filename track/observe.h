@@ -89,6 +89,7 @@ struct marker_set {
 	int64_t arrival_ns; /* last camera's last pixel in memory */
 	int64_t found_ns;   /* last camera's blobs found */
 	int64_t solved_ns;
+	uint32_t rig_serial; /* of the rigs of this station: which one it was solved with */
 	uint32_t run; /* of the station since it was configured; shots are numbered anew in each */
 	uint32_t camera_count;
 	uint32_t missing_mask;

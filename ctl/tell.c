@@ -1,5 +1,5 @@
 /*
- * stagectl start, stop: the state of the running daemon.
+ * stagectl start, stop, rig reload: what an operator tells the running station.
  */
 #include <stdio.h>
 
@@ -7,7 +7,8 @@
 #include "ctl/arguments.h"
 #include "ctl/control_client.h"
 
-static int change_state(const struct verb *verb, int argc, char **argv, const char *method)
+/* Prints `key` of the reply. */
+static int tell(const struct verb *verb, int argc, char **argv, const char *method, const char *key)
 {
 	const char *socket_dir = DEFAULT_SOCKET_DIR;
 	bool json = false;
@@ -28,7 +29,7 @@ static int change_state(const struct verb *verb, int argc, char **argv, const ch
 	if (json)
 		json_dumpf(reply, stdout, JSON_COMPACT);
 	else
-		fputs(json_string_value(json_object_get(reply, "state")), stdout);
+		fputs(json_string_value(json_object_get(reply, key)), stdout);
 	putchar('\n');
 	json_decref(reply);
 	return EXIT_CODE_OK;
@@ -36,10 +37,15 @@ static int change_state(const struct verb *verb, int argc, char **argv, const ch
 
 int verb_start(const struct verb *verb, int argc, char **argv)
 {
-	return change_state(verb, argc, argv, "org.stage.Control.Start");
+	return tell(verb, argc, argv, "org.stage.Control.Start", "state");
 }
 
 int verb_stop(const struct verb *verb, int argc, char **argv)
 {
-	return change_state(verb, argc, argv, "org.stage.Control.Stop");
+	return tell(verb, argc, argv, "org.stage.Control.Stop", "state");
+}
+
+int verb_rig_reload(const struct verb *verb, int argc, char **argv)
+{
+	return tell(verb, argc, argv, "org.stage.Control.ReloadRig", "rig_revision");
 }
