@@ -140,13 +140,13 @@ static void track(struct solver *solver, const struct sync_decision *decision,
 
 	shot_gather(&shot, decision, fronts->sets, camera_count(solver), solver->stage->ir_mask);
 	if (!solver->solve) {
-		shot_book_close(&solver->book, &solver->stage->tracking, &shot, NULL);
+		shot_book_close(&solver->book, &solver->rig->tracking, &shot, NULL);
 		count_cameras(solver, &shot);
 		return;
 	}
 	struct marker_set *set = ring_claim(&solver->sets);
 	if (!set) {
-		shot_book_close(&solver->book, &solver->stage->tracking, &shot, NULL);
+		shot_book_close(&solver->book, &solver->rig->tracking, &shot, NULL);
 		count(&solver->lost, 1);
 		return;
 	}
