@@ -14,7 +14,9 @@
 #define HEARTBEAT_LATE_NS NS_PER_S /* ten waits: what stands still for longer is named */
 
 struct heartbeat {
-	_Atomic uint64_t beats; /* only its thread stores it */
+	/* only its thread stores them */
+	_Atomic uint64_t beats;
+	_Atomic bool over; /* it left its loop by itself and beats no more */
 	/* control thread */
 	bool expected; /* its thread runs */
 	uint64_t seen_beats, kicked_beats;
@@ -25,6 +27,12 @@ struct heartbeat {
 static inline void heartbeat_beat(struct heartbeat *heartbeat)
 {
 	atomic_fetch_add_explicit(&heartbeat->beats, 1, memory_order_relaxed);
+}
+
+/* Its own thread, last. */
+static inline void heartbeat_end(struct heartbeat *heartbeat)
+{
+	atomic_store_explicit(&heartbeat->over, true, memory_order_relaxed);
 }
 
 /* Control thread, before the thread starts and after it was joined. */

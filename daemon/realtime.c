@@ -47,6 +47,7 @@ static void *run_section(void *argument)
 		realtime_enter();
 	thread->run(thread->argument);
 	realtime_leave();
+	heartbeat_end(&thread->heartbeat);
 	clock_thread_end();
 	return NULL;
 }

@@ -136,6 +136,20 @@ static void watch_camera(struct station *station, uint32_t index)
 		capture->device.camera = NULL;
 }
 
+/* Its thread has left its loop: told once, when it is joined. */
+static void watch_trigger(struct station *station)
+{
+	struct pulses *pulses = &station->pulses;
+
+	if (!atomic_load(&pulses->lost) || !pulses->thread.joinable)
+		return;
+	if (realtime_thread_join(&pulses->thread))
+		log_about(LOG_LEVEL_ERROR, &(struct log_fields){.shot = station->newest_shot},
+			  "trigger %s: lost: the device is gone; plug it in and start the station "
+			  "anew",
+			  station->stage.config.trigger);
+}
+
 static bool all_ended(const struct station *station)
 {
 	bool ended = true;
@@ -154,6 +168,7 @@ void station_tick(struct station *station)
 	if (reopen_poll(&station->reopener))
 		take_back(station);
 	watch_heartbeats(station);
+	watch_trigger(station);
 	/* from the one behind the last that was tried: each lost camera has its turn */
 	for (uint32_t i = 1, tried = station->reopener.camera; i <= camera_count; i++)
 		watch_camera(station, (tried + i) % camera_count);

@@ -69,6 +69,19 @@ static void a_thread_that_has_ended_holds_nothing_up(void **state)
 	assert_int_equal(heartbeat_still_ns(&heartbeat, 100 * NS_PER_S), 0);
 }
 
+static void a_thread_that_ends_by_itself_is_not_late(void **state)
+{
+	struct heartbeat heartbeat = {0};
+
+	(void)state;
+	heartbeat_expect(&heartbeat, 0);
+	heartbeat_end(&heartbeat);
+	assert_true(heartbeat_moved(&heartbeat));
+	assert_int_equal(heartbeat_still_ns(&heartbeat, 100 * NS_PER_S), 0);
+	heartbeat_expect(&heartbeat, 100 * NS_PER_S); /* started anew */
+	assert_int_equal(heartbeat_still_ns(&heartbeat, 102 * NS_PER_S), 2 * NS_PER_S);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -77,6 +90,7 @@ int main(void)
 		cmocka_unit_test(one_that_stands_still_tells_since_when),
 		cmocka_unit_test(a_kick_needs_a_beat_since_the_last),
 		cmocka_unit_test(a_thread_that_has_ended_holds_nothing_up),
+		cmocka_unit_test(a_thread_that_ends_by_itself_is_not_late),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);
