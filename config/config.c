@@ -99,12 +99,17 @@ static const struct yaml_key tracking_keys[] = {
 	{0},
 };
 
+static const char *const sim_clocks[] = {"real", "virtual", "stepped", NULL};
+
 static const struct yaml_key sim_keys[] = {
 	{"scene", YAML_TEXT, AT(sim_scene), .size = PATH_MAX},
 	{"seed", YAML_UINT64, .offset = AT(sim_seed)},
 	{"epoch_ns", YAML_INT64, .offset = AT(sim_epoch_ns)},
+	{"clock", YAML_CHOICE, AT(sim_clock), .choices = sim_clocks},
 	{0},
 };
+
+enum { SIM_CLOCK = 3, SIM_KEYS_SEEN = sizeof(sim_keys) / sizeof(*sim_keys) };
 
 static void read_rate(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
@@ -142,7 +147,13 @@ static void read_tracking(struct yaml *yaml, const struct yaml_value *value, voi
 
 static void read_sim(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
-	yaml_read_mapping(yaml, value, sim_keys, target, NULL);
+	struct config *config = target;
+	struct yaml_place places[SIM_KEYS_SEEN];
+
+	memset(places, 0, sizeof(places));
+	yaml_read_mapping(yaml, value, sim_keys, target, places);
+	config->sim_clock_line = places[SIM_CLOCK].line;
+	config->sim_clock_column = places[SIM_CLOCK].column;
 }
 
 /* driver:rest, with a driver of small letters and digits. */
@@ -320,6 +331,26 @@ static void finish_plan(struct yaml *yaml, struct reading *reading, const struct
 	}
 }
 
+/* Real devices live in real time. */
+static void check_clock(struct yaml *yaml, const struct config *config)
+{
+	struct yaml_place place = {config->sim_clock_line, config->sim_clock_column};
+
+	if (config->sim_clock == SIM_CLOCK_REAL)
+		return;
+	for (uint32_t c = 0; c < config->camera_count; c++)
+		if (strncmp(config->cameras[c].address, "sim:", 4) != 0)
+			yaml_complain(yaml, place, "sim.clock",
+				      "time cannot be virtual for camera %s, which is %.64s: "
+				      "write real, or use sim: cameras alone",
+				      config->cameras[c].name, config->cameras[c].address);
+	if (strcmp(config->trigger, "sim") != 0)
+		yaml_complain(yaml, place, "sim.clock",
+			      "time cannot be virtual for the trigger, which is %s: write real, "
+			      "or trigger: sim",
+			      config->trigger);
+}
+
 static void read_config(struct yaml *yaml, struct reading *reading)
 {
 	struct config *config = &reading->config;
@@ -328,6 +359,7 @@ static void read_config(struct yaml *yaml, struct reading *reading)
 
 	memset(places, 0, sizeof(places));
 	yaml_read_mapping(yaml, &root, keys, reading, places);
+	check_clock(yaml, config);
 	finish_plan(yaml, reading, places, root.place);
 	resolve(yaml, config, config->rig_dir, places[KEY_RIG], "rig", PATH_MAX - NAME_BYTES - 16);
 	resolve(yaml, config, config->layout_path, places[KEY_LAYOUT], "layout", PATH_MAX - 1);

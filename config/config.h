@@ -18,6 +18,9 @@
 
 enum camera_role { ROLE_IR, ROLE_HD };
 
+/* Of the whole station; docs/architecture.md, "Virtual time". */
+enum sim_clock { SIM_CLOCK_REAL, SIM_CLOCK_VIRTUAL, SIM_CLOCK_STEPPED };
+
 struct config_camera {
 	char name[NAME_BYTES];
 	char address[256]; /* driver:rest; paths in it are relative to base_dir */
@@ -42,7 +45,9 @@ struct config {
 	/* only for sim: cameras */
 	char sim_scene[PATH_MAX]; /* a built-in name or a path; default "talking" */
 	uint64_t sim_seed;
-	int64_t sim_epoch_ns; /* scene time 0 on CLOCK_MONOTONIC; 0 = when the daemon starts */
+	int64_t sim_epoch_ns; /* scene time 0 on the station's clock; 0 = when the daemon starts */
+	enum sim_clock sim_clock;
+	int sim_clock_line, sim_clock_column; /* for messages */
 };
 
 /* Reads and checks the file alone (not what it names). Every error is one message

@@ -91,6 +91,11 @@ static json_t *stop(struct call *call)
 	return state_reply(station);
 }
 
+static json_t *advance(struct call *call)
+{
+	return virtual_time_advance(&call->context->station->virtual_time, call->parameters);
+}
+
 static const struct method {
 	const char *name;
 	enum permission needed;
@@ -103,6 +108,7 @@ static const struct method {
 	{"org.stage.Control.Stop", PERMISSION_COMMAND, stop},
 	{"org.stage.Control.ReloadRig", PERMISSION_COMMAND, control_reload_rig},
 	{"org.stage.Control.SetMask", PERMISSION_COMMAND, control_set_mask},
+	{"org.stage.Control.Advance", PERMISSION_COMMAND, advance},
 };
 
 static json_t *permission_denied(const struct method *method)

@@ -183,6 +183,21 @@ static void describe_anew(struct program *program, const struct marker_set *set)
 	server_redescribe(program->server);
 }
 
+static void mind_subscribers(struct program *program)
+{
+	if (clock_is_virtual())
+		virtual_time_mind_subscribers(&program->station.virtual_time,
+					      server_has_backlog(program->server));
+}
+
+/* After anything else: a subscriber may have read, or gone. */
+static int on_handled(sd_event_source *source, void *user)
+{
+	(void)source;
+	mind_subscribers(user);
+	return 0;
+}
+
 static int on_wake(sd_event_source *source, int fd, uint32_t events, void *user)
 {
 	struct program *program = user;
@@ -195,6 +210,7 @@ static int on_wake(sd_event_source *source, int fd, uint32_t events, void *user)
 	while ((set = station_next_set(&program->station))) {
 		describe_anew(program, set);
 		server_publish(program->server, set);
+		mind_subscribers(program);
 		station_pop_set(&program->station);
 	}
 	control_answer_waiting(program->control);
@@ -232,6 +248,8 @@ static int watch_events(struct program *program)
 				      program);
 	program->tick_ns = clock_now_ns();
 	set_tick(program);
+	if (err >= 0 && clock_is_virtual())
+		err = sd_event_add_post(program->event, NULL, on_handled, program);
 	if (err >= 0)
 		err = sd_event_add_signal(program->event, NULL, SIGTERM, NULL, NULL);
 	if (err >= 0)
@@ -258,6 +276,7 @@ static enum exit_code run(struct program *program, struct diag *diag)
 {
 	enum exit_code code = open_sockets(program, diag);
 
+	clock_hold(); /* until the first tick is set */
 	if (code == EXIT_CODE_OK && !program->idle)
 		code = station_start(&program->station, STATION_START, diag);
 	if (code != EXIT_CODE_OK)
@@ -266,6 +285,7 @@ static enum exit_code run(struct program *program, struct diag *diag)
 		diag_add(diag, "cannot watch for events");
 		return EXIT_CODE_INTERNAL;
 	}
+	clock_release();
 	log_info("%s: %u cameras, rig %s", station_state_name(program->station.state),
 		 program->station.stage.config.camera_count, program->station.stage.rig.revision);
 	sd_notifyf(0, "READY=1\nSTATUS=%s", station_state_name(program->station.state));

@@ -324,6 +324,14 @@ void server_publish(struct server *server, const struct marker_set *set)
 			publish_to(server->subscribers[i], frame, size_bytes);
 }
 
+bool server_has_backlog(const struct server *server)
+{
+	for (uint32_t i = 0; i < SUBSCRIBER_MAX; i++)
+		if (server->subscribers[i] && server->subscribers[i]->used > 0)
+			return true;
+	return false;
+}
+
 void server_stats(const struct server *server, struct server_stats *out)
 {
 	*out = (struct server_stats){.sets_published = server->sets_published,

@@ -30,6 +30,9 @@ void server_redescribe(struct server *server);
 /* Sends one marker set to every subscriber, or counts it as lost for those whose queue is full. */
 void server_publish(struct server *server, const struct marker_set *set);
 
+/* Whether sets are queued that a subscriber has not taken yet. */
+bool server_has_backlog(const struct server *server);
+
 struct subscriber_stats {
 	pid_t pid;
 	int64_t connected_ns;  /* CLOCK_MONOTONIC */

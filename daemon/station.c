@@ -147,6 +147,8 @@ static int init_solver(struct station *station)
 static enum exit_code open_devices(struct station *station, struct diag *diag)
 {
 	struct open_camera devices[CAMERA_MAX];
+
+	virtual_time_begin(&station->virtual_time, &station->stage.config);
 	int err = open_world(station, diag);
 
 	if (err)

@@ -13,6 +13,7 @@
 #include "daemon/solver.h"
 #include "daemon/station_states.h"
 #include "daemon/statistics.h"
+#include "daemon/virtual_time.h"
 
 struct station {
 	enum station_state state;
@@ -23,6 +24,7 @@ struct station {
 	struct reopener reopener;
 	struct rig_swap rig_swap;
 	struct statistics statistics;
+	struct virtual_time virtual_time;
 	int64_t period_ns; /* between shots: of the trigger's plan, or as the cameras run */
 	int wake_fd;       /* eventfd: marker sets or previews are ready, or a camera changed */
 	bool world_open;

@@ -126,3 +126,80 @@ def shared_station(sim_config, tmp_path_factory):
     station = Station(sim_config, tmp_path_factory.mktemp("shared") / "sockets").wait_running()
     yield station
     station.end()
+
+
+class SteppedStation(Station):
+    """A station in virtual time: nothing happens but in run_for()."""
+
+    def __init__(self, config, socket_dir):
+        super().__init__(config, socket_dir)
+        self.control = self.connect_when_it_listens("control.sock")
+        self.control.settimeout(60)
+
+    def connect_when_it_listens(self, name):
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline:
+            assert self.process.poll() is None, self.process.stderr.read()
+            try:
+                return self.connect(name)
+            except (FileNotFoundError, ConnectionRefusedError):
+                time.sleep(0.01)
+        raise AssertionError("the station does not listen")
+
+    def ask(self, method, **parameters):
+        request = {"method": f"org.stage.Control.{method}", "parameters": parameters}
+        self.control.sendall(json.dumps(request).encode() + b"\0")
+        reply = b""
+        while not reply.endswith(b"\0"):
+            more = self.control.recv(1 << 16)
+            assert more, "cut off"
+            reply += more
+        return json.loads(reply[:-1])
+
+    def status(self):
+        return self.ask("GetStatus")["parameters"]["status"]
+
+    def run_for(self, seconds, **options):
+        """However long that takes."""
+        time_told = self.ask("Advance", seconds=seconds, **options)["parameters"]
+        while not time_told["arrived"]:
+            time.sleep(0.005)
+            time_told = self.ask("Advance", seconds=0, **options)["parameters"]
+        assert time_told["now_ns"] == time_told["until_ns"]
+
+    def subscribe(self, count):
+        """A tap that ends after `count` sets and is there before time goes on; then its output.
+
+        That is a file, because a tap that waits for the test to read would stop the time.
+        """
+        before = len(self.status()["stream"]["subscribers"])
+        output = self.socket_dir / f"tap{before}.jsonl"
+        with output.open("w") as file:
+            tap = subprocess.Popen([STAGECTL, "stream", "tap", "--count", str(count), "--json",
+                                    "--seconds", "100000", "--socket-dir", self.socket_dir],
+                                   stdout=file)
+        while len(self.status()["stream"]["subscribers"]) == before:
+            assert tap.poll() is None
+            time.sleep(0.01)
+        return tap, output
+
+
+@pytest.fixture
+def start_stepped(recording, tmp_path):
+    """start_stepped(more YAML of `sim`) -> a SteppedStation, ended with the test."""
+    stations = []
+
+    def start_one(sim=""):
+        text = (recording / "stage.yaml").read_text().replace("files:", "sim:")
+        text = text.replace("trigger: free", "trigger: sim")
+        name = f"stepped{len(stations)}"
+        config = tmp_path / f"{name}.yaml"
+        text = text.replace("rig: rig", f"rig: {recording}/rig")
+        text = text.replace("layout: layout.yaml", f"layout: {recording}/layout.yaml")
+        config.write_text(f"{text}sim: {{scene: talking, seed: 5, clock: stepped{sim}}}\n")
+        stations.append(SteppedStation(config, tmp_path / name))
+        return stations[-1]
+
+    yield start_one
+    for station in stations:
+        station.end()

@@ -6,16 +6,18 @@
 
 #include <errno.h>
 #include <limits.h>
+#include <poll.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <cmocka.h>
 
-#include "base/clock.h"
+#include "base/clock_virtual.h"
 #include "daemon/program_drivers.h"
 #include "drivers/trigger_free.h"
 #include "sim/scene.h"
@@ -172,15 +174,27 @@ static const struct camera_driver fake_driver = {
 const struct camera_driver *const camera_drivers[] = {&fake_driver, NULL};
 const struct trigger_driver *const trigger_drivers[] = {&free_trigger_driver, NULL};
 
-/* Runs for a while, as the control thread does: takes the sets, ticks now and then. */
+static void take_sets(struct station *station)
+{
+	struct pollfd poll_fd = {.fd = station->wake_fd, .events = POLLIN};
+	eventfd_t ignored;
+
+	poll(&poll_fd, 1, 1);
+	eventfd_read(station->wake_fd, &ignored);
+	while (station_next_set(station))
+		station_pop_set(station);
+}
+
+/* Runs for a while of virtual time, as the control thread does: takes the sets, ticks now and then.
+ */
 static void run_for(struct station *station, int64_t duration_ns)
 {
-	int64_t end_ns = clock_now_ns() + duration_ns;
+	int64_t end_ns = clock_virtual_limit() + duration_ns;
 
-	while (clock_now_ns() < end_ns) {
-		while (station_next_set(station))
-			station_pop_set(station);
-		clock_sleep_until(clock_now_ns() + 20 * NS_PER_MS);
+	while (clock_virtual_limit() < end_ns) {
+		clock_virtual_set_limit(clock_virtual_limit() + 20 * NS_PER_MS);
+		while (!clock_virtual_at_limit())
+			take_sets(station);
 		station_tick(station);
 	}
 }
@@ -190,6 +204,7 @@ static struct station *start_station(void)
 	struct station *station = calloc(1, sizeof(*station));
 	struct diag diag = {0};
 
+	clock_virtual_begin(1000 * NS_PER_S, 1000 * NS_PER_S);
 	for (int c = 0; c < CAMERA_COUNT; c++)
 		faults[c] = FAULT_NONE;
 	assert_int_equal(station_configure(station, config_path, &diag), EXIT_CODE_OK);
@@ -206,6 +221,7 @@ static void end_station(struct station *station)
 	assert_int_equal(station->state, STATION_IDLE);
 	assert_int_equal(open_count, 0);
 	free(station);
+	clock_virtual_end();
 }
 
 /* Shots solved in `duration_ns` while camera 1 has a fault. */
@@ -421,7 +437,9 @@ static void a_station_that_nobody_listens_to_keeps_the_oldest_sets(void **state)
 	uint64_t lost = station->solver.lost;
 
 	(void)state;
-	clock_sleep_until(clock_now_ns() + 600 * NS_PER_MS); /* the control thread hangs */
+	clock_rush_begin(); /* the control thread hangs */
+	clock_sleep_until(clock_now_ns() + 600 * NS_PER_MS);
+	clock_rush_end();
 	assert_true(station->solver.lost > lost);
 	assert_in_range(ring_count(&station->solver.sets), 32, 64);
 	const struct marker_set *set = station_next_set(station);
