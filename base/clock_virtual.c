@@ -257,6 +257,8 @@ void clock_rush_end(void)
 	lock();
 	conductor.rush_count--;
 	conductor.busy_count += is_counted;
+	if (conductor.limit_ns < atomic_load(&now_ns))
+		conductor.limit_ns = atomic_load(&now_ns);
 	unlock();
 }
 

@@ -347,7 +347,7 @@ static void calibrating_captures_without_solving(void **state)
 	assert_int_equal(station_start(station, STATION_CALIBRATE, &diag), EXIT_CODE_OK);
 	assert_int_equal(station->state, STATION_CALIBRATING);
 	capture_request_preview(&station->captures[1]);
-	clock_sleep_until(clock_now_ns() + 150 * NS_PER_MS);
+	run_for(station, 150 * NS_PER_MS);
 	assert_int_equal(station->captures[1].preview.state, PREVIEW_READY);
 	assert_true(station->captures[1].counters.frames > 5);
 	assert_true(station->solver.shots > 5);
