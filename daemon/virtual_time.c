@@ -48,7 +48,7 @@ json_t *virtual_time_advance(struct virtual_time *virtual_time, const json_t *pa
 		json_is_true(json_object_get(parameters, "outrun_subscribers"));
 	if (wanted_s > 0)
 		clock_virtual_set_limit(clock_virtual_limit() + (int64_t)(wanted_s * NS_PER_S));
-	return json_pack("{s:{s:I, s:I, s:b}}", "parameters", "now_ns", (json_int_t)clock_now_ns(),
-			 "until_ns", (json_int_t)clock_virtual_limit(), "arrived",
-			 clock_virtual_at_limit());
+	return varlink_result(json_pack("{s:I, s:I, s:b}", "now_ns", (json_int_t)clock_now_ns(),
+					"until_ns", (json_int_t)clock_virtual_limit(), "arrived",
+					clock_virtual_at_limit()));
 }
