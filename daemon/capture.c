@@ -310,11 +310,17 @@ int capture_start(struct capture *capture, struct diag *diag)
 	return 0;
 }
 
+void capture_tell_to_stop(struct capture *capture)
+{
+	atomic_store(&capture->stopping, true);
+	realtime_thread_tell(&capture->thread);
+}
+
 bool capture_stop(struct capture *capture)
 {
 	if (!capture->thread.joinable)
 		return true;
-	atomic_store(&capture->stopping, true);
+	capture_tell_to_stop(capture);
 	if (!realtime_thread_join(&capture->thread))
 		return false;
 	capture->device.driver->stop(capture->device.camera);

@@ -108,6 +108,9 @@ void capture_lose(struct capture *capture, const char *why);
 /* Starts the device and the thread. Returns 0 or a negative errno with a message. */
 int capture_start(struct capture *capture, struct diag *diag);
 
+/* Tells the thread to end, without waiting for it: for several at once, before the first stop. */
+void capture_tell_to_stop(struct capture *capture);
+
 /* Ends the thread, also one that ended by itself, and stops the device. False when the thread hangs
  * in its driver: then the camera stays as it is, and may be neither finished nor started. */
 bool capture_stop(struct capture *capture);

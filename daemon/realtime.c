@@ -73,6 +73,7 @@ int realtime_thread_start(struct realtime_thread *thread, int priority)
 
 	if (thread->joinable)
 		return -EBUSY; /* the one before it still hangs */
+	thread->told_ns = 0;
 	heartbeat_expect(&thread->heartbeat, clock_now_ns());
 	clock_thread_expect();
 	/* in virtual time nothing is in a hurry */
@@ -92,9 +93,16 @@ int realtime_thread_start(struct realtime_thread *thread, int priority)
 	return 0;
 }
 
+void realtime_thread_tell(struct realtime_thread *thread)
+{
+	if (!thread->told_ns)
+		thread->told_ns = clock_real_now_ns();
+}
+
 bool realtime_thread_join(struct realtime_thread *thread)
 {
-	int64_t until_ns = clock_real_now_ns() + JOIN_PATIENCE_NS;
+	realtime_thread_tell(thread);
+	int64_t until_ns = thread->told_ns + JOIN_PATIENCE_NS;
 	struct timespec until = {.tv_sec = until_ns / NS_PER_S, .tv_nsec = until_ns % NS_PER_S};
 
 	if (!thread->joinable)

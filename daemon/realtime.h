@@ -23,6 +23,7 @@ struct realtime_thread {
 	bool joinable;
 	bool fifo_granted;
 	bool stall_told; /* logged once */
+	int64_t told_ns; /* CLOCK_MONOTONIC when it was told to end; 0: not yet */
 	struct heartbeat heartbeat;
 };
 
@@ -35,6 +36,9 @@ bool realtime_lock_memory(void);
  * negative errno. */
 int realtime_thread_start(struct realtime_thread *thread, int priority);
 
-/* Waits for the end of the thread, and at most 0.5 s: it has been told to end. False when it hangs:
+/* Its patience begins: for threads that are told to end together, before the first is joined. */
+void realtime_thread_tell(struct realtime_thread *thread);
+
+/* Waits for the end of the thread, and at most 0.5 s from when it was told. False when it hangs:
  * then nothing that it uses may be freed. A thread that does not run is fine. */
 bool realtime_thread_join(struct realtime_thread *thread);

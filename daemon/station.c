@@ -225,7 +225,7 @@ static void stop_threads(struct station *station)
 	bool ended = pulses_stop(&station->pulses);
 
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
-		atomic_store(&station->captures[c].stopping, true); /* all at once, then join */
+		capture_tell_to_stop(&station->captures[c]);
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
 		ended &= capture_stop(&station->captures[c]);
 	ended &= solver_stop(&station->solver);

@@ -1,6 +1,6 @@
 /*
- * Preloaded into staged: the thread named in HANG_THREAD sleeps forever at its next sleep, once the
- * file HANG_FILE is there. What a driver does that never comes back.
+ * Preloaded into staged: a thread whose name begins with HANG_THREAD sleeps forever at its next
+ * sleep, once the file HANG_FILE is there. What a driver does that never comes back.
  */
 #include <dlfcn.h>
 #include <stdlib.h>
@@ -23,7 +23,8 @@ int clock_nanosleep(clockid_t clock, int flags, const struct timespec *wake, str
 	char name[16] = "";
 
 	prctl(PR_GET_NAME, name);
-	while (thread && file && strcmp(name, thread) == 0 && access(file, F_OK) == 0)
+	while (thread && file && strncmp(name, thread, strlen(thread)) == 0 &&
+	       access(file, F_OK) == 0)
 		pause();
 	return real_sleep(clock, flags, wake, left);
 }

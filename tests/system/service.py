@@ -110,6 +110,15 @@ def test_a_thread_that_hangs_is_named_and_keeps_the_watchdog_from_being_kicked(
     assert f"{thread}: no heartbeat for" in station.ctl("status").stdout
 
 
+def test_hung_threads_share_the_half_second_that_a_stop_gives_them(served, tmp_path):
+    station = served("ir").wait_running()  # all four of them
+    (tmp_path / "hang").touch()
+    time.sleep(0.2)
+    code, said, seconds = station.stop()
+    assert code == 4, said
+    assert seconds <= 1
+
+
 def test_a_thread_that_hangs_does_not_hold_up_the_stop(start, lit_config, strobes, tmp_path):
     station = start(lit_config, environment={
         "LD_PRELOAD": os.environ["HANG"], "HANG_THREAD": "trigger",
