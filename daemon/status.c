@@ -147,7 +147,10 @@ static uint64_t sim_late_count(const struct station *station)
 
 	if (!station->world_open)
 		return 0;
-	for (uint32_t c = 0; c < sim_scene_camera_count(sim_world_scene()); c++)
+	uint32_t count =
+		sim_scene_camera_count(sim_world_scene()) + sim_scene_hd_count(sim_world_scene());
+
+	for (uint32_t c = 0; c < count; c++)
 		late += sim_world_late_count(c);
 	return late;
 }

@@ -207,6 +207,7 @@ struct results referee_results(const struct referee *referee, int64_t end_ns)
 		r.shots_expected = (uint64_t)(last - referee->first_exposure + 1);
 	r.shots_lost = r.shots_expected - r.shots_received;
 	r.lost_percent = percent(r.shots_lost, r.shots_expected);
+	r.incomplete_percent = percent(referee->sets_incomplete, r.shots_expected);
 	r.rate_hz = r.shots_expected ? (double)r.shots_received / (double)r.shots_expected * 1e9 /
 					       (double)sim_scene_period_ns(referee->scene)
 				     : 0;

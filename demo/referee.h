@@ -55,7 +55,7 @@ struct results {
 	uint64_t shots_expected, shots_received, shots_lost;
 	double rate_hz;
 	double error_median_mm, error_p95_mm, error_rms_mm;
-	double right_percent, lost_percent;
+	double right_percent, lost_percent, incomplete_percent;
 	double latency_p50_ms, latency_p99_ms;
 	double timestamp_p50_us, timestamp_max_us;
 	bool accurate, named, complete; /* the three conditions of a pass */

@@ -157,9 +157,9 @@ void show_summary(FILE *out, const struct referee *referee, const struct results
 		facts->seconds, facts->startup_s);
 	fprintf(out,
 		"shots      %" PRIu64 " expected, %" PRIu64 " received (%.1f per second), %" PRIu64
-		" lost (%.2f %%), %" PRIu64 " incomplete, %" PRIu64 " repeated\n",
+		" lost (%.2f %%), %" PRIu64 " incomplete (%.2f %%), %" PRIu64 " repeated\n",
 		r->shots_expected, r->shots_received, r->rate_hz, r->shots_lost, r->lost_percent,
-		referee->sets_incomplete, referee->sets_repeated);
+		referee->sets_incomplete, r->incomplete_percent, referee->sets_repeated);
 	fprintf(out,
 		"error      median %.4f mm, 95 %% below %.4f mm, rms %.4f mm (%" PRIu64
 		" markers seen by 3 cameras)\n",
@@ -194,10 +194,11 @@ static json_t *number(double value)
 
 static json_t *json_shots(const struct referee *referee, const struct results *r)
 {
-	return json_pack("{sI sI sI so sI sI sI so}", "expected", (json_int_t)r->shots_expected,
+	return json_pack("{sI sI sI so sI so sI sI so}", "expected", (json_int_t)r->shots_expected,
 			 "received", (json_int_t)r->shots_received, "lost",
 			 (json_int_t)r->shots_lost, "lost_percent", number(r->lost_percent),
-			 "incomplete", (json_int_t)referee->sets_incomplete, "repeated",
+			 "incomplete", (json_int_t)referee->sets_incomplete, "incomplete_percent",
+			 number(r->incomplete_percent), "repeated",
 			 (json_int_t)referee->sets_repeated, "lost_by_subscriber",
 			 (json_int_t)referee->sets_lost, "per_second", number(r->rate_hz));
 }

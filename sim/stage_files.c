@@ -43,6 +43,8 @@ static void print_config(FILE *file, const struct sim_scene *scene, const char *
 {
 	fprintf(file, "# A simulated stage.\nrig: rig\nlayout: layout.yaml\nrate_hz: %.9g\n",
 		scene->rate_hz);
+	if (scene->hd_count && (scene->hd_divider != 4 || scene->hd_phase != 0))
+		fprintf(file, "hd: {divider: %u, phase: %u}\n", scene->hd_divider, scene->hd_phase);
 	if (extra_yaml)
 		fprintf(file, "%s%s", extra_yaml,
 			*extra_yaml && extra_yaml[strlen(extra_yaml) - 1] == '\n' ? "" : "\n");

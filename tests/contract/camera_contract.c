@@ -22,7 +22,7 @@ static struct camera_mode granted;
 
 static int open_camera(void **state)
 {
-	struct camera_mode wanted = {.format = PIXEL_GREY8};
+	struct camera_mode wanted = {.format = contract->format};
 	struct diag diag = {0};
 
 	(void)state;
@@ -106,7 +106,7 @@ static void configure_grants_a_mode_that_can_be(void **state)
 	(void)state;
 	assert_ptr_equal(camera->driver, contract->driver);
 	assert_true(granted.width_px > 0 && granted.height_px > 0);
-	assert_int_equal(granted.format, PIXEL_GREY8);
+	assert_int_equal(granted.format, contract->format);
 	assert_true(granted.period_ns >= 0 && granted.exposure_ns >= 0);
 }
 

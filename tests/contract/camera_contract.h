@@ -10,8 +10,9 @@ struct camera_contract {
 	const char *rest;     /* an address that works, behind the colon */
 	const char *bad_rest; /* one that does not */
 	const char *base_dir;
-	bool live;       /* frames bear the clock of now; else the times of a recording */
-	int frame_count; /* frames to take; a recording has at least so many */
+	enum pixel_format format; /* asked for and granted */
+	bool live;                /* frames bear the clock of now; else the times of a recording */
+	int frame_count;          /* frames to take; a recording has at least so many */
 };
 
 /* Runs every test; returns how many failed. TAP goes to standard output. */

@@ -2,26 +2,29 @@
  * The sim: driver keeps the contract.
  */
 #include <stdio.h>
+#include <string.h>
 
 #include "sim/world.h"
 #include "tests/contract/camera_contract.h"
 
-int main(void)
+/* The camera is named by the first argument. */
+int main(int argc, char **argv)
 {
-	const struct sim_options options = {.scene = "rest", .camera_count = 4};
+	const struct sim_options options = {
+		.scene = "rest", .camera_count = 4, .hd_camera_count = 1};
+	const char *name = argc > 1 ? argv[1] : "ir0";
 	struct diag diag = {0};
-	char name[64];
 
 	if (sim_world_open(&options, 0, &diag)) {
 		diag_print(&diag, stderr);
 		return 1;
 	}
-	snprintf(name, sizeof(name), "%s", sim_scene_camera_name(sim_world_scene(), 0));
 
 	const struct camera_contract contract = {
 		.driver = &sim_camera_driver,
 		.rest = name,
 		.bad_rest = "no-such-camera",
+		.format = strncmp(name, "hd", 2) == 0 ? PIXEL_BAYER_RG8 : PIXEL_GREY8,
 		.live = true,
 		.frame_count = 8,
 	};
