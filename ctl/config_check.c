@@ -23,6 +23,18 @@ static uint32_t recorded_cameras(const struct config *config)
 	return mask;
 }
 
+/* A live camera is not touched, but its driver must be one that there is. */
+static int check_drivers(const struct config *config, struct diag *diag)
+{
+	const char *rest;
+	int err = 0;
+
+	for (uint32_t c = 0; c < config->camera_count; c++)
+		if (!camera_driver_find(live_drivers, config->cameras[c].address, &rest, diag))
+			err = -EINVAL;
+	return err;
+}
+
 static int check(struct stage *stage, const char *path, struct diag *diag)
 {
 	struct open_camera cameras[CAMERA_MAX] = {0};
@@ -30,10 +42,14 @@ static int check(struct stage *stage, const char *path, struct diag *diag)
 
 	if (err)
 		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+	int unknown = check_drivers(&stage->config, diag);
+
 	err = open_cameras(cameras, stage, recorded_cameras(&stage->config), recording_drivers,
 			   diag);
 	close_cameras(cameras, stage->config.camera_count);
-	return err == -ENOMEM ? EXIT_CODE_INTERNAL : err ? EXIT_CODE_BAD_INPUT : EXIT_CODE_OK;
+	return err == -ENOMEM   ? EXIT_CODE_INTERNAL
+	       : err || unknown ? EXIT_CODE_BAD_INPUT
+				: EXIT_CODE_OK;
 }
 
 static void print_summary(const struct stage *stage)
