@@ -72,6 +72,13 @@ static void print_hd(const json_t *hd)
 		       count_of(hd, "off_phase"));
 }
 
+static void print_lost(const json_t *lost)
+{
+	if (json_is_object(lost))
+		printf("%13slost for %.0f s: %s\n", "", number_of(lost, "since_s"),
+		       text_of(lost, "why"));
+}
+
 static void print_cameras(const json_t *cameras)
 {
 	size_t index;
@@ -92,6 +99,7 @@ static void print_cameras(const json_t *cameras)
 		       count_of(camera, "missing"));
 		print_losses(json_object_get(camera, "losses"));
 		print_ledger(json_object_get(camera, "ledger"));
+		print_lost(json_object_get(camera, "lost"));
 		print_hd(json_object_get(camera, "hd"));
 	}
 }
@@ -120,10 +128,41 @@ static void print_stalled(const json_t *stalled)
 	json_array_foreach((json_t *)stalled, index, one) printf("%s\n", json_string_value(one));
 }
 
+static void print_queue(const char *name, const json_t *queue)
+{
+	printf("queue %s: %" PRId64 " of %" PRId64 ", at most %" PRId64 " so far\n", name,
+	       count_of(queue, "filled"), count_of(queue, "capacity"),
+	       count_of(queue, "filled_max"));
+}
+
+static void print_percentiles(const json_t *of)
+{
+	printf(" %8.2f %8.2f %8.2f %8.2f", number_of(of, "p50_ms"), number_of(of, "p90_ms"),
+	       number_of(of, "p99_ms"), number_of(of, "max_ms"));
+}
+
+static void print_latencies(const json_t *latencies)
+{
+	size_t index;
+	json_t *one;
+
+	printf("\n%-18s %35s   %35s\n%-18s", "latency, ms", "last 10 to 20 s", "since the start",
+	       "");
+	for (int i = 0; i < 2; i++)
+		printf(" %8s %8s %8s %8s%s", "p50", "p90", "p99", "max", i ? "\n" : "  ");
+	json_array_foreach((json_t *)latencies, index, one)
+	{
+		printf("%-18s", text_of(one, "stage"));
+		print_percentiles(json_object_get(one, "recent"));
+		printf("  ");
+		print_percentiles(json_object_get(one, "run"));
+		putchar('\n');
+	}
+}
+
 static void print_status(const json_t *status)
 {
 	const json_t *shots = json_object_get(status, "shots");
-	const json_t *latency = json_object_get(status, "latency_ms");
 
 	printf("%s for %.0f s, %s\n", text_of(status, "state"), number_of(status, "uptime_s"),
 	       text_of(status, "config"));
@@ -134,8 +173,9 @@ static void print_status(const json_t *status)
 	printf("shots %" PRId64 " (%.1f/s), incomplete %" PRId64 ", lost %" PRId64 "\n",
 	       count_of(shots, "solved"), number_of(shots, "per_s"), count_of(shots, "incomplete"),
 	       count_of(shots, "lost"));
-	printf("latency, last pixel to solved: p50 %.2f ms, p99 %.2f ms\n",
-	       number_of(latency, "p50"), number_of(latency, "p99"));
+	print_queue("trigger to solver", json_object_get(shots, "edges_queue"));
+	print_queue("solver to stream", json_object_get(shots, "sets_queue"));
+	print_latencies(json_object_get(status, "latency"));
 	if (count_of(status, "sim_late"))
 		printf("the simulator itself was late with %" PRId64 " frames\n",
 		       count_of(status, "sim_late"));

@@ -18,6 +18,7 @@
 #include "base/clock_virtual.h"
 #include "base/exit_codes.h"
 #include "base/log.h"
+#include "daemon/accounts.h"
 #include "daemon/control.h"
 #include "daemon/darken.h"
 #include "daemon/journal.h"
@@ -31,6 +32,7 @@ struct program {
 	bool check, darken;
 	bool idle; /* stay configured until an operator says start */
 	struct station station;
+	struct stream_statistics accounts;
 	struct stream_description description;
 	char rig_revision[sizeof(((struct rig *)0)->revision)]; /* the description's */
 	sd_event *event;
@@ -232,6 +234,8 @@ static int on_tick(sd_event_source *source, int fd, uint32_t events, void *user)
 	(void)events;
 	station_tick(&program->station);
 	control_tick(program->control);
+	station_accounts(&program->station, &program->accounts);
+	server_publish_statistics(program->server, &program->accounts);
 	set_tick(program);
 	return 0;
 }

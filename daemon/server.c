@@ -332,6 +332,22 @@ bool server_has_backlog(const struct server *server)
 	return false;
 }
 
+void server_publish_statistics(struct server *server, const struct stream_statistics *statistics)
+{
+	uint8_t *frame;
+	size_t size_bytes;
+
+	if (encode_statistics(statistics, &frame, &size_bytes) < 0)
+		return;
+	for (uint32_t i = 0; i < SUBSCRIBER_MAX; i++) {
+		struct subscriber *s = server->subscribers[i];
+
+		if (s && queue_add(s, frame, size_bytes) && subscriber_flush(s) < 0)
+			subscriber_destroy(s);
+	}
+	free(frame);
+}
+
 void server_stats(const struct server *server, struct server_stats *out)
 {
 	*out = (struct server_stats){.sets_published = server->sets_published,

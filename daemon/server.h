@@ -33,6 +33,9 @@ void server_publish(struct server *server, const struct marker_set *set);
 /* Whether sets are queued that a subscriber has not taken yet. */
 bool server_has_backlog(const struct server *server);
 
+/* To every subscriber whose queue has room: the next one follows in a second. */
+void server_publish_statistics(struct server *server, const struct stream_statistics *statistics);
+
 struct subscriber_stats {
 	pid_t pid;
 	int64_t connected_ns;  /* CLOCK_MONOTONIC */

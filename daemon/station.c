@@ -297,17 +297,13 @@ bool station_finish(struct station *station)
 
 const struct marker_set *station_next_set(struct station *station)
 {
-	const struct marker_set *set = ring_peek(&station->solver.sets, 0);
-
-	if (set) {
-		statistics_add_set(&station->statistics, set);
-		station->newest_shot = set->shot;
-	}
-	return set;
+	return ring_peek(&station->solver.sets, 0);
 }
 
 void station_pop_set(struct station *station)
 {
+	statistics_add_set(&station->statistics, ring_peek(&station->solver.sets, 0),
+			   clock_now_ns());
 	ring_pop(&station->solver.sets);
 	clock_release();
 }

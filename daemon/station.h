@@ -56,7 +56,8 @@ bool station_finish(struct station *station);
 /* Once a second: statistics, lost cameras, the end of recordings. */
 void station_tick(struct station *station);
 
-/* The next marker set for the subscribers, or NULL; valid until station_pop_set(). */
+/* The next marker set for the subscribers, or NULL; valid until station_pop_set(), which takes it
+ * as sent. */
 const struct marker_set *station_next_set(struct station *station);
 void station_pop_set(struct station *station);
 

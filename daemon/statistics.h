@@ -1,13 +1,12 @@
 /*
- * Rates and latencies of the last seconds, from the counters that the real-time threads keep.
- * Control thread only.
+ * Rates of the last second and latencies of each stage of the work, from the counters that the
+ * real-time threads keep and the times that marker sets bear. In fixed memory. Control thread only.
  */
 #pragma once
 
+#include "base/histogram.h"
 #include "daemon/capture.h"
 #include "track/observe.h"
-
-#define LATENCY_WINDOW 512
 
 struct camera_rate {
 	uint64_t frames_before, blobs_before;
@@ -15,20 +14,43 @@ struct camera_rate {
 	double blobs_per_frame;
 };
 
+/* From one moment in the life of a shot to another; light is the middle of the exposure, arrival
+ * the last camera's last pixel in memory. */
+enum latency_stage {
+	LATENCY_LIGHT_TO_ARRIVAL,
+	LATENCY_ARRIVAL_TO_BLOBS,
+	LATENCY_BLOBS_TO_SOLVED,
+	LATENCY_SOLVED_TO_SENT,
+	LATENCY_ARRIVAL_TO_SENT, /* the station's own part */
+	LATENCY_LIGHT_TO_SENT,
+	LATENCY_STAGE_COUNT,
+};
+
+const char *latency_stage_name(enum latency_stage stage);
+
+#define LATENCY_RECENT_S 10 /* "recent" is the last 10 to 20 s */
+
+struct latency {
+	struct histogram run;    /* since the start */
+	struct histogram recent; /* since the last change of window */
+	struct histogram before; /* the window before */
+};
+
 struct statistics {
-	int64_t last_ns;
+	int64_t last_ns, window_ns;
 	uint64_t shots_before;
 	double shots_per_s;
 	struct camera_rate cameras[CAMERA_MAX];
-	int64_t latency_ns[LATENCY_WINDOW]; /* last pixel in memory -> solved */
-	uint64_t latency_count;             /* of all so far; the window holds the last ones */
+	struct latency latencies[LATENCY_STAGE_COUNT];
 };
 
-void statistics_add_set(struct statistics *statistics, const struct marker_set *set);
+/* When it was handed to the subscribers. */
+void statistics_add_set(struct statistics *statistics, const struct marker_set *set,
+			int64_t sent_ns);
 
 /* Once a second. */
 void statistics_update(struct statistics *statistics, const struct capture *captures,
 		       uint32_t count, uint64_t shots, int64_t now_ns);
 
-/* Of the window, `part` 0..1; 0 while it is empty. */
-int64_t statistics_latency_ns(const struct statistics *statistics, double part);
+/* The two windows together. */
+void latency_recent(const struct latency *latency, struct histogram *out);

@@ -4,42 +4,92 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "daemon/accounts.h"
 #include "daemon/control_methods.h"
 #include "daemon/watchdog.h"
-#include "sim/world.h"
 
 static void set_count(json_t *object, const char *key, const _Atomic uint64_t *counter)
 {
 	json_object_set_new(object, key, json_integer((json_int_t)atomic_load(counter)));
 }
 
-static json_t *losses_json(const struct capture_counters *counters)
+static json_t *counts_json(const struct stream_count *counts, uint32_t count)
 {
-	json_t *losses = json_object();
+	json_t *object = json_object();
 
-	set_count(losses, "damaged", &counters->damaged);
-	set_count(losses, "wrong_size", &counters->wrong_size);
-	set_count(losses, "wrong_time", &counters->wrong_time);
-	set_count(losses, "device_gaps", &counters->device_gaps);
-	set_count(losses, "refused", &counters->refused);
-	set_count(losses, "before_start", &counters->before_start);
-	set_count(losses, "stale", &counters->stale);
-	set_count(losses, "timeouts", &counters->timeouts);
-	set_count(losses, "blobs_lost", &counters->blobs_lost);
-	return losses;
+	for (uint32_t i = 0; i < count; i++)
+		json_object_set_new(object, counts[i].cause,
+				    json_integer((json_int_t)counts[i].count));
+	return object;
+}
+
+static json_t *queue_json(const struct stream_queue *queue)
+{
+	return json_pack("{s:i, s:i, s:i}", "filled", (int)queue->filled, "filled_max",
+			 (int)queue->filled_max, "capacity", (int)queue->capacity);
+}
+
+static double in_ms(int64_t time_ns)
+{
+	return (double)time_ns / NS_PER_MS;
+}
+
+static json_t *percentiles_json(const struct stream_percentiles *of)
+{
+	return json_pack("{s:I, s:f, s:f, s:f, s:f}", "count", (json_int_t)of->count, "p50_ms",
+			 in_ms(of->p50_ns), "p90_ms", in_ms(of->p90_ns), "p99_ms",
+			 in_ms(of->p99_ns), "max_ms", in_ms(of->max_ns));
+}
+
+static json_t *latencies_json(const struct stream_statistics *accounts)
+{
+	json_t *latencies = json_array();
+
+	for (uint32_t s = 0; s < accounts->latency_count; s++) {
+		const struct stream_latency *one = &accounts->latencies[s];
+
+		json_array_append_new(latencies,
+				      json_pack("{s:s, s:o, s:o}", "stage", one->stage, "run",
+						percentiles_json(&one->run), "recent",
+						percentiles_json(&one->recent)));
+	}
+	return latencies;
+}
+
+/* null unless it is lost. */
+static json_t *lost_json(const struct capture *capture, int64_t now_ns)
+{
+	if (atomic_load(&capture->state) != CAPTURE_LOST || !capture->lost_since_ns)
+		return json_null();
+	json_t *why = json_string(capture->lost_why);
+
+	return json_pack("{s:f, s:o}", "since_s",
+			 (double)(now_ns - capture->lost_since_ns) / NS_PER_S, "why",
+			 why ? why : json_string("(not UTF-8)"));
+}
+
+static json_t *mask_json(const struct mask *mask)
+{
+	json_t *areas = json_array();
+
+	for (uint32_t a = 0; a < mask->area_count; a++)
+		json_array_append_new(
+			areas, json_pack("{s:i, s:i, s:i, s:i}", "x", mask->areas[a].x_px, "y",
+					 mask->areas[a].y_px, "width", mask->areas[a].width_px,
+					 "height", mask->areas[a].height_px));
+	return areas;
 }
 
 /* Every event that the pulse ledger names, then what holds now, and the last event. */
-static json_t *ledger_json(const struct camera_events *events)
+static json_t *ledger_json(const struct camera_events *events,
+			   const struct stream_camera_statistics *accounts)
 {
 	bool any = atomic_load(&events->total) != 0;
 	uint32_t last = atomic_load(&events->last_event);
-	json_t *counts = json_object();
 
-	for (int e = 0; e < LEDGER_EVENT_COUNT; e++)
-		set_count(counts, ledger_event_name((enum ledger_event)e), &events->counts[e]);
 	return json_pack(
-		"{s:o, s:b, s:b, s:b, s:f, s:o, s:o}", "events", counts, "slower_than_trigger",
+		"{s:o, s:b, s:b, s:b, s:f, s:o, s:o}", "events",
+		counts_json(accounts->events, accounts->event_count), "slower_than_trigger",
 		atomic_load(&events->slower), "out_of_step", atomic_load(&events->out_of_step),
 		"dark", atomic_load(&events->dark), "after_edge_us",
 		(double)atomic_load(&events->after_edge_ns) / NS_PER_US, "last_event",
@@ -64,7 +114,8 @@ static json_t *hd_json(const struct station *station, const struct capture *capt
 	return json;
 }
 
-static json_t *camera_json(const struct station *station, uint32_t index)
+static json_t *camera_json(const struct station *station, uint32_t index,
+			   const struct stream_camera_statistics *accounts)
 {
 	const struct config_camera *named = &station->stage.config.cameras[index];
 	const struct capture *capture = &station->captures[index];
@@ -76,28 +127,33 @@ static json_t *camera_json(const struct station *station, uint32_t index)
 			  "state", capture_state_name(atomic_load(&capture->state)), "width_px",
 			  granted->width_px, "height_px", granted->height_px, "frames_per_s",
 			  rate->frames_per_s, "blobs_per_frame", rate->blobs_per_frame, "losses",
-			  losses_json(&capture->counters));
+			  counts_json(accounts->losses, accounts->loss_count));
 
 	set_count(camera, "frames", &capture->counters.frames);
 	set_count(camera, "missing", &capture->counters.missing);
 	if (capture->role == ROLE_HD)
 		json_object_set_new(camera, "hd", hd_json(station, capture));
-	json_object_set_new(camera, "ledger", ledger_json(&station->solver.book.cameras[index]));
+	json_object_set_new(camera, "ledger",
+			    ledger_json(&station->solver.book.cameras[index], accounts));
+	set_count(camera, "blobs_masked", &capture->counters.blobs_masked);
+	json_object_set_new(camera, "mask", mask_json(capture->mask));
+	json_object_set_new(camera, "queue", queue_json(&accounts->queue));
+	json_object_set_new(camera, "lost", lost_json(capture, clock_now_ns()));
 	set_count(camera, "reopened", &capture->counters.reopened);
 	json_object_set_new(camera, "fifo", json_boolean(capture->thread.fifo_granted));
 	return camera;
 }
 
-static json_t *cameras_json(const struct station *station)
+static json_t *cameras_json(const struct station *station, const struct stream_statistics *accounts)
 {
 	json_t *cameras = json_array();
 
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
-		json_array_append_new(cameras, camera_json(station, c));
+		json_array_append_new(cameras, camera_json(station, c, &accounts->cameras[c]));
 	return cameras;
 }
 
-static json_t *shots_json(const struct station *station)
+static json_t *shots_json(const struct station *station, const struct stream_statistics *accounts)
 {
 	json_t *shots = json_pack("{s:f}", "per_s", station->statistics.shots_per_s);
 
@@ -106,6 +162,8 @@ static json_t *shots_json(const struct station *station)
 	set_count(shots, "lost", &station->solver.lost);
 	set_count(shots, "edges", &station->pulses.edges_count);
 	set_count(shots, "edges_refused", &station->pulses.edges_refused);
+	json_object_set_new(shots, "edges_queue", queue_json(&accounts->edges));
+	json_object_set_new(shots, "sets_queue", queue_json(&accounts->sets));
 	return shots;
 }
 
@@ -141,20 +199,6 @@ static json_t *stream_json(const struct server *server, int64_t now_ns)
 			 subscribers_json(&stats, now_ns));
 }
 
-static uint64_t sim_late_count(const struct station *station)
-{
-	uint64_t late = 0;
-
-	if (!station->world_open)
-		return 0;
-	uint32_t count =
-		sim_scene_camera_count(sim_world_scene()) + sim_scene_hd_count(sim_world_scene());
-
-	for (uint32_t c = 0; c < count; c++)
-		late += sim_world_late_count(c);
-	return late;
-}
-
 static double uptime_s(const struct station *station, int64_t now_ns)
 {
 	bool captures = station_state_captures(station->state);
@@ -168,6 +212,10 @@ json_t *station_status_json(const struct control_context *context)
 	const struct control_stats *control = context->stats;
 	int64_t now_ns = clock_now_ns();
 
+	struct stream_statistics accounts;
+	const struct stream_percentiles *own = &accounts.latencies[LATENCY_ARRIVAL_TO_SENT].recent;
+
+	station_accounts(station, &accounts);
 	json_t *status = json_pack(
 		"{s:s, s:s, s:f, s:s, s:s, s:s, s:b, s:b, s:o, s:I, s:{s:f, s:f}, s:o, s:o, "
 		"s:{s:I, s:I, s:I}}",
@@ -175,13 +223,15 @@ json_t *station_status_json(const struct control_context *context)
 		uptime_s(station, now_ns), "config", station->stage.config.path, "rig_revision",
 		rig_swap_revision(&station->rig_swap, station->rig_swap.current->serial), "trigger",
 		station->stage.config.trigger, "fifo", station_is_realtime(station),
-		"memory_locked", station->memory_locked, "shots", shots_json(station), "sim_late",
-		(json_int_t)sim_late_count(station), "latency_ms", "p50",
-		(double)statistics_latency_ns(&station->statistics, 0.5) / NS_PER_MS, "p99",
-		(double)statistics_latency_ns(&station->statistics, 0.99) / NS_PER_MS, "cameras",
-		cameras_json(station), "stream", stream_json(context->server, now_ns), "control",
-		"accepted", (json_int_t)control->accepted_count, "refused",
-		(json_int_t)control->refused_count, "cut_off", (json_int_t)control->cut_off_count);
+		"memory_locked", station->memory_locked, "shots", shots_json(station, &accounts),
+		"sim_late", (json_int_t)accounts.sim_late, "latency_ms", "p50", in_ms(own->p50_ns),
+		"p99", in_ms(own->p99_ns), "cameras", cameras_json(station, &accounts), "stream",
+		stream_json(context->server, now_ns), "control", "accepted",
+		(json_int_t)control->accepted_count, "refused", (json_int_t)control->refused_count,
+		"cut_off", (json_int_t)control->cut_off_count);
+	json_object_set_new(status, "run", json_integer(station->run));
+	json_object_set_new(status, "rig_serial", json_integer(station->rig_swap.current->serial));
+	json_object_set_new(status, "latency", latencies_json(&accounts));
 	json_object_set_new(status, "stalled", stalled_json(context->station));
 	return status;
 }

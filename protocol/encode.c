@@ -11,7 +11,7 @@
 #include <time.h>
 
 #include "base/clock.h"
-#include "stage.pb-c.h"
+#include "protocol/encode_parts.h"
 
 /* The largest packed sizes that the fields of stage.proto can take, with room to spare. */
 #define MARKER_BYTES_MAX 112
@@ -156,7 +156,7 @@ size_t frame_set_sets_lost(uint8_t *frame, size_t size_bytes, uint64_t sets_lost
 	return size_bytes;
 }
 
-static int pack_frame(const Stage__V1__Message *message, uint8_t **frame, size_t *size_bytes)
+int encode_frame(const Stage__V1__Message *message, uint8_t **frame, size_t *size_bytes)
 {
 	size_t size = FRAME_HEADER_BYTES + stage__v1__message__get_packed_size(message);
 	uint8_t *bytes = malloc(size);
@@ -168,12 +168,6 @@ static int pack_frame(const Stage__V1__Message *message, uint8_t **frame, size_t
 	*frame = bytes;
 	*size_bytes = size;
 	return 0;
-}
-
-/* protobuf-c has no const strings; packing only reads them. */
-static char *text(const char *s)
-{
-	return (char *)(uintptr_t)s;
 }
 
 /* Message structs of one description, chained to each other. */
@@ -194,7 +188,7 @@ static void fill_clock(Stage__V1__Clock *clock)
 	clock_gettime(CLOCK_REALTIME, &utc);
 	int64_t after_ns = clock_now_ns();
 	stage__v1__clock__init(clock);
-	clock->name = text("CLOCK_MONOTONIC");
+	clock->name = encode_text("CLOCK_MONOTONIC");
 	clock->utc_offset_ns =
 		utc.tv_sec * NS_PER_S + utc.tv_nsec - (before_ns + (after_ns - before_ns) / 2);
 	clock->uncertainty_ns = (after_ns - before_ns) / 2 + 1;
@@ -203,7 +197,7 @@ static void fill_clock(Stage__V1__Clock *clock)
 static void fill_camera(Stage__V1__Camera *to, const struct stream_camera *from)
 {
 	stage__v1__camera__init(to);
-	to->name = text(from->name);
+	to->name = encode_text(from->name);
 	to->role =
 		from->is_hd ? STAGE__V1__CAMERA__ROLE__ROLE_HD : STAGE__V1__CAMERA__ROLE__ROLE_IR;
 	to->width_px = from->width_px;
@@ -214,7 +208,7 @@ static void fill_actor(struct description_parts *parts, const struct layout *lay
 {
 	stage__v1__actor__init(&parts->actor);
 	parts->actor_pointer = &parts->actor;
-	parts->actor.name = text(layout->actor);
+	parts->actor.name = encode_text(layout->actor);
 	parts->actor.n_markers = layout->marker_count;
 	parts->actor.markers = parts->marker_pointers;
 	for (uint32_t i = 0; i < layout->marker_count; i++) {
@@ -222,8 +216,8 @@ static void fill_actor(struct description_parts *parts, const struct layout *lay
 		Stage__V1__LayoutMarker *to = parts->marker_pointers[i] = &parts->markers[i];
 
 		stage__v1__layout_marker__init(to);
-		to->name = text(from->name);
-		to->group = text(from->group);
+		to->name = encode_text(from->name);
+		to->group = encode_text(from->group);
 		to->rigid = from->rigid;
 		to->diameter_m = from->diameter_m;
 		parts->neutral_m[i][0] = from->neutral_m.x;
@@ -239,12 +233,12 @@ static void fill_description(Stage__V1__Description *to, struct description_part
 {
 	stage__v1__description__init(to);
 	to->protocol_version = PROTOCOL_VERSION;
-	to->station_version = text(from->station_version);
-	to->length_unit = text("m");
-	to->handedness = text("right");
-	to->stage_axes = text("z up");
-	to->head_axes = text("x to the subject's left, y up, z out of the face");
-	to->rig_revision = text(from->rig_revision);
+	to->station_version = encode_text(from->station_version);
+	to->length_unit = encode_text("m");
+	to->handedness = encode_text("right");
+	to->stage_axes = encode_text("z up");
+	to->head_axes = encode_text("x to the subject's left, y up, z out of the face");
+	to->rig_revision = encode_text(from->rig_revision);
 	to->rig_serial = from->rig_serial;
 	to->run = from->run;
 	to->period_ns = from->period_ns;
@@ -273,7 +267,7 @@ int encode_description(const struct stream_description *description, uint8_t **f
 	fill_description(&body, parts, description);
 	message.body_case = STAGE__V1__MESSAGE__BODY_DESCRIPTION;
 	message.description = &body;
-	int r = pack_frame(&message, frame, size_bytes);
+	int r = encode_frame(&message, frame, size_bytes);
 	free(parts);
 	return r;
 }
@@ -284,8 +278,8 @@ int encode_notice(enum notice_kind kind, const char *words, uint8_t **frame, siz
 	Stage__V1__Notice notice = STAGE__V1__NOTICE__INIT;
 
 	notice.kind = (Stage__V1__Notice__Kind)kind;
-	notice.text = text(words);
+	notice.text = encode_text(words);
 	message.body_case = STAGE__V1__MESSAGE__BODY_NOTICE;
 	message.notice = &notice;
-	return pack_frame(&message, frame, size_bytes);
+	return encode_frame(&message, frame, size_bytes);
 }

@@ -33,6 +33,50 @@ struct stream_description {
 	const struct layout *layout;
 };
 
+#define STREAM_COUNT_MAX 24  /* causes of losses, or events, of a camera */
+#define STREAM_LATENCY_MAX 8 /* stages */
+
+/* All texts are borrowed. */
+struct stream_count {
+	const char *cause;
+	uint64_t count;
+};
+
+struct stream_queue {
+	uint32_t filled, filled_max, capacity;
+};
+
+struct stream_camera_statistics {
+	const char *state;
+	uint64_t frames, missing;
+	struct stream_queue queue;
+	uint32_t loss_count, event_count;
+	struct stream_count losses[STREAM_COUNT_MAX], events[STREAM_COUNT_MAX];
+};
+
+struct stream_percentiles {
+	uint64_t count;
+	int64_t p50_ns, p90_ns, p99_ns, max_ns;
+};
+
+struct stream_latency {
+	const char *stage;
+	struct stream_percentiles run, recent;
+};
+
+/* How the station does; what the message Statistics says. */
+struct stream_statistics {
+	int64_t time_ns;
+	const char *state;
+	uint32_t run;
+	double shots_per_s;
+	uint64_t shots_solved, shots_incomplete, shots_lost, sim_late;
+	struct stream_queue edges, sets;
+	uint32_t camera_count, latency_count;
+	struct stream_camera_statistics cameras[CAMERA_MAX];
+	struct stream_latency latencies[STREAM_LATENCY_MAX];
+};
+
 enum notice_kind { NOTICE_REFUSED = 1, NOTICE_PROTOCOL = 2 };
 
 /* Message structs and the buffer for one marker set, made once. One thread at a time. */
@@ -52,4 +96,6 @@ size_t frame_set_sets_lost(uint8_t *frame, size_t size_bytes, uint64_t sets_lost
 /* As frames that the caller frees. The description's clock is read now. 0 or -ENOMEM. */
 int encode_description(const struct stream_description *description, uint8_t **frame,
 		       size_t *size_bytes);
+int encode_statistics(const struct stream_statistics *statistics, uint8_t **frame,
+		      size_t *size_bytes);
 int encode_notice(enum notice_kind kind, const char *text, uint8_t **frame, size_t *size_bytes);
