@@ -14,6 +14,7 @@
 #include <sys/eventfd.h>
 
 #include "base/clock_conductor.h"
+#include "base/realtime.h"
 
 struct waiter {
 	struct clock_semaphore *semaphore; /* NULL: sleeps */
@@ -35,6 +36,7 @@ static struct {
 	int hold_count;
 	int rush_count;
 	int64_t limit_ns;
+	bool in_section; /* whoever holds the mutex was, and will be, in a real-time section */
 } conductor = {.mutex = PTHREAD_MUTEX_INITIALIZER};
 
 static void wake(struct waiter **link)
@@ -132,14 +134,21 @@ static void conduct(void)
 	}
 }
 
+/* Virtual time is made of locks; the sections of those who live in it pause around them. */
 static void lock(void)
 {
+	bool in_section = realtime_pause();
+
 	pthread_mutex_lock(&conductor.mutex);
+	conductor.in_section = in_section;
 }
 
 static void unlock(void)
 {
+	bool in_section = conductor.in_section;
+
 	pthread_mutex_unlock(&conductor.mutex);
+	realtime_resume(in_section);
 }
 
 bool clock_is_virtual(void)
@@ -174,6 +183,8 @@ void conductor_wait(struct clock_semaphore *semaphore, int64_t wake_ns)
 
 	if (!semaphore && wake_ns <= conductor_now_ns())
 		return;
+	bool in_section = realtime_pause();
+
 	sem_init(&waiter.woken, 0, 0);
 	lock();
 	waiter.next = conductor.waiters;
@@ -184,6 +195,7 @@ void conductor_wait(struct clock_semaphore *semaphore, int64_t wake_ns)
 	while (sem_wait(&waiter.woken) < 0 && errno == EINTR)
 		;
 	sem_destroy(&waiter.woken);
+	realtime_resume(in_section);
 }
 
 void conductor_post(struct clock_semaphore *semaphore)

@@ -43,8 +43,7 @@ static void *run_section(void *argument)
 
 	touch_stack();
 	clock_thread_begin();
-	if (!clock_is_virtual()) /* that is made of locks */
-		realtime_enter();
+	realtime_enter();
 	thread->run(thread->argument);
 	realtime_leave();
 	heartbeat_end(&thread->heartbeat);

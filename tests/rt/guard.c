@@ -17,6 +17,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/eventfd.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
@@ -78,7 +79,14 @@ static __attribute__((constructor)) void begin(void)
 
 static __attribute__((destructor)) void report(void)
 {
+	static const char none[] = "rt guard: no real-time section was entered\n";
 	const char *path = getenv("RT_GUARD_REPORT");
+
+	if (in_section && getenv("RT_GUARD_WANTS_SECTIONS") && atomic_load(&allowed_count) == 0) {
+		fflush(stdout);
+		say(none, sizeof(none) - 1);
+		_exit(1);
+	}
 	FILE *out = in_section && path ? fopen(path, "a") : NULL;
 
 	if (!out)
@@ -165,6 +173,7 @@ void free(void *memory)
 		return real arguments;                          \
 	}
 
+ALLOW(int, eventfd_write, (int fd, eventfd_t value), (fd, value))
 ALLOW(int, sem_post, (sem_t * semaphore), (semaphore))
 ALLOW(int, clock_nanosleep,
       (clockid_t clock, int flags, const struct timespec *wake, struct timespec *left),
