@@ -10,17 +10,20 @@
 
 #include "track/blobs_parts.h"
 
-#define CLEAR_MAX_PX 64 /* no window reaches further */
+#define LAG_ROWS (MEASURE_LAG_ROWS - 1) /* thresholds come from pixels up to so far below */
 
 struct blob_finder {
 	struct blob_settings settings;
 	int width_px, height_px, group_count;
 	blob_scan_fn *scan;
+	blob_mask_fn *mask;
 	struct level_map map;
-	uint8_t *cells, *group_levels; /* thresholds of the current row */
-	struct bright_group *bright;   /* of the current row */
+	uint8_t *coarse, *cells; /* levels of the current rows: per group, per pixel */
+	int *cells_y;            /* cell row that each group's cells are of */
+	size_t candidate_count, candidates_done;
+	struct candidate *candidates; /* room for every group of the image */
 	struct run_table table;
-	float clear_px[SPOT_MAX];
+	struct measurer measurer;
 };
 
 struct blob_settings blob_settings_default(void)
@@ -45,10 +48,12 @@ int blob_finder_create(struct blob_finder **out, int width_px, int height_px,
 	finder->height_px = height_px;
 	finder->group_count = (int)groups;
 	finder->scan = blob_scan_simd;
+	finder->mask = blob_mask_simd;
+	finder->coarse = calloc(groups, CELL_PX);
 	finder->cells = calloc(groups, GROUP_PX);
-	finder->group_levels = calloc(groups, CELL_PX);
-	finder->bright = calloc(groups, sizeof(*finder->bright));
-	if (!finder->cells || !finder->group_levels || !finder->bright ||
+	finder->cells_y = calloc(groups, sizeof(*finder->cells_y));
+	finder->candidates = calloc(groups * (size_t)height_px + 1, sizeof(*finder->candidates));
+	if (!finder->coarse || !finder->cells || !finder->cells_y || !finder->candidates ||
 	    level_map_init(&finder->map, width_px, height_px))
 		goto fail;
 	*out = finder;
@@ -63,103 +68,115 @@ void blob_finder_destroy(struct blob_finder *finder)
 	if (!finder)
 		return;
 	level_map_finish(&finder->map);
-	free(finder->bright);
-	free(finder->group_levels);
+	free(finder->candidates);
+	free(finder->cells_y);
 	free(finder->cells);
+	free(finder->coarse);
 	free(finder);
 }
 
-/* The last pixels of a row that do not fill a group: scanned in a copy padded with black. */
-static int scan_tail(struct blob_finder *finder, const uint8_t *row, struct bright_group *out)
+void blob_finder_use_plain(struct blob_finder *finder)
 {
-	size_t whole = (size_t)finder->width_px / GROUP_PX;
-	uint8_t padded[GROUP_PX] = {0};
-	int count;
-
-	memcpy(padded, row + whole * GROUP_PX, (size_t)finder->width_px % GROUP_PX);
-	count = finder->scan(padded, finder->cells + whole * GROUP_PX,
-			     finder->group_levels + whole * CELL_PX, 1, out);
-	out->group = (uint32_t)whole;
-	return count;
+	finder->scan = blob_scan_plain;
+	finder->mask = blob_mask_plain;
 }
 
+/* The pixels of a group; those of a group cut by the image's border are copied and padded with
+ * black. */
+static const uint8_t *group_pixels(const struct grey_image *image, int y, int x,
+				   uint8_t padded[GROUP_PX])
+{
+	const uint8_t *p = image->pixels + (ptrdiff_t)y * image->stride_bytes + x;
+
+	if (x + GROUP_PX <= image->width_px)
+		return p;
+	memset(padded, 0, GROUP_PX);
+	memcpy(padded, p, (size_t)(image->width_px - x));
+	return padded;
+}
+
+/* The last group of row y, when the image's border cuts it. */
+static size_t scan_tail(struct blob_finder *finder, const struct grey_image *image, int y,
+			struct candidate *out)
+{
+	int whole = image->width_px / GROUP_PX;
+	uint8_t padded[GROUP_PX];
+
+	if (whole == finder->group_count ||
+	    !finder->scan(group_pixels(image, y, whole * GROUP_PX, padded), y,
+			  finder->coarse + (size_t)whole * CELL_PX, 1, out))
+		return 0;
+	out->group = (uint16_t)whole;
+	return 1;
+}
+
+/* Candidate i again, against the threshold of its place. */
+static void find_runs(struct blob_finder *finder, const struct grey_image *image, size_t i)
+{
+	int y = finder->candidates[i].y, group = finder->candidates[i].group;
+	uint8_t padded[GROUP_PX], *cells = finder->cells + group * GROUP_PX;
+	int x = group * GROUP_PX, cell_y = y / CELL_PX;
+
+	if (finder->cells_y[group] != cell_y) {
+		finder->cells_y[group] = cell_y;
+		level_map_cells(&finder->map, cell_y, group, cells);
+	}
+	run_table_add(&finder->table, y, x, finder->mask(group_pixels(image, y, x, padded), cells),
+		      cells);
+}
+
+/* A share of the work behind the scan, whose front is row y: more when much is waiting. Runs are
+ * never left behind, so that spots can rely on MEASURE_LAG_ROWS. */
+static void work(struct blob_finder *finder, const struct grey_image *image, int y)
+{
+	const struct candidate *candidates = finder->candidates;
+	uint32_t steps = 1 + (finder->table.spot_count - finder->measurer.next) / 32;
+
+	while (finder->candidates_done < finder->candidate_count &&
+	       candidates[finder->candidates_done].y < y - LAG_ROWS)
+		find_runs(finder, image, finder->candidates_done++);
+	while (steps-- && measurer_step(&finder->measurer, y)) {
+	}
+}
+
+/* The scan waits for memory most of the time. The work on what it has found is spread evenly
+ * between the rows and hides in these waits - as long as it follows so closely that the rows it
+ * looks at are still in the first cache. */
 static void scan_image(struct blob_finder *finder, const struct grey_image *image)
 {
-	int whole = finder->width_px / GROUP_PX;
+	int whole = image->width_px / GROUP_PX, coarse_end = 0;
+	const uint8_t *row = image->pixels;
 
-	for (int y = 0; y < finder->height_px; y++) {
-		const uint8_t *row = image->pixels + (ptrdiff_t)y * image->stride_bytes;
-		int count;
+	finder->candidate_count = finder->candidates_done = 0;
+	for (int g = 0; g < finder->group_count; g++)
+		finder->cells_y[g] = -1;
+	for (int y = 0; y < image->height_px; y++, row += image->stride_bytes) {
+		struct candidate *next = finder->candidates + finder->candidate_count;
 
-		if (y % CELL_PX == 0)
-			level_map_row(&finder->map, y / CELL_PX, finder->cells,
-				      finder->group_levels);
-		count = finder->scan(row, finder->cells, finder->group_levels, whole,
-				     finder->bright);
+		if (y == coarse_end)
+			coarse_end = level_map_coarse(&finder->map, y, finder->coarse);
+		finder->candidate_count += finder->scan(row, y, finder->coarse, whole, next);
 		if (whole < finder->group_count)
-			count += scan_tail(finder, row, finder->bright + count);
-		if (count)
-			run_table_add_row(&finder->table, y, finder->bright, count, finder->cells);
+			finder->candidate_count += scan_tail(
+				finder, image, y, finder->candidates + finder->candidate_count);
+		if (finder->candidate_count > finder->candidates_done ||
+		    y >= finder->measurer.wait_row)
+			work(finder, image, y);
 	}
-}
-
-/* Distance from the middle of `spot` to where `other` begins, its faint border included. */
-static float gap_px(const struct spot *spot, const struct spot *other)
-{
-	float x = 0.5f * (float)(spot->x0 + spot->x1 - 1),
-	      y = 0.5f * (float)(spot->y0 + spot->y1 - 1);
-	float dx = fmaxf((float)(other->x0 - 1) - x, x - (float)other->x1);
-	float dy = fmaxf((float)(other->y0 - 1) - y, y - (float)other->y1);
-
-	return hypotf(fmaxf(dx, 0), fmaxf(dy, 0));
-}
-
-/* Spots come in order of their top rows, so only the next few can be near. */
-static void find_clearances(struct blob_finder *finder)
-{
-	const struct spot *spots = finder->table.spots;
-	float *clear_px = finder->clear_px;
-
-	for (uint32_t i = 0; i < finder->table.spot_count; i++)
-		clear_px[i] = CLEAR_MAX_PX;
-	for (uint32_t i = 0; i < finder->table.spot_count; i++)
-		for (uint32_t j = i + 1;
-		     j < finder->table.spot_count && spots[j].y0 < spots[i].y1 + CLEAR_MAX_PX;
-		     j++) {
-			clear_px[i] = fminf(clear_px[i], gap_px(&spots[i], &spots[j]));
-			clear_px[j] = fminf(clear_px[j], gap_px(&spots[j], &spots[i]));
-		}
-}
-
-static void measure_spots(struct blob_finder *finder, const struct grey_image *image,
-			  struct blob_set *set)
-{
-	struct run_table *table = &finder->table;
-	struct spot_scene scene = {
-		.image = image, .map = &finder->map, .settings = &finder->settings};
-
-	set->blob_count = 0;
-	set->blobs_lost = table->runs_lost + table->spots_lost;
-	for (uint32_t s = 0; s < table->spot_count; s++) {
-		if (set->blob_count == BLOB_MAX) {
-			set->blobs_lost += table->spot_count - s;
-			break;
-		}
-		scene.clear_px = finder->clear_px[s];
-		set->blob_count += spot_measure(&table->spots[s], table->runs, &scene,
-						&set->blobs[set->blob_count]);
-	}
+	while (finder->candidates_done < finder->candidate_count)
+		find_runs(finder, image, finder->candidates_done++);
 }
 
 void blob_finder_run(struct blob_finder *finder, const struct grey_image *image,
 		     struct blob_set *set)
 {
 	struct run_table *table = &finder->table;
+	struct spot_scene scene = {image, &finder->map, &finder->settings, table->runs};
 
 	table->run_count = table->runs_lost = table->spot_count = table->spots_lost = 0;
-	level_map_measure(&finder->map, image, &finder->settings);
+	run_table_start(table);
+	measurer_start(&finder->measurer, &scene, table, set);
+	level_map_start(&finder->map, image, &finder->settings);
 	scan_image(finder, image);
-	run_table_join(table, 0, image);
-	find_clearances(finder);
-	measure_spots(finder, image, set);
+	measurer_end(&finder->measurer);
 }

@@ -1,10 +1,12 @@
 /*
  * Finds the bright spots of an IR image and their centroids.
  *
- * Detection: threshold at background + k sigma (background and sigma measured robustly from the
- * image itself), runs, union of touching runs. Centroid: weights (I - T), then for small
- * unsaturated spots a few iterations of a Gaussian-windowed first moment. Every blob carries its
- * sigma from the noise model and flags. Integer sums: the same image gives the same bits.
+ * Detection: threshold at background + k sigma, both measured from the image itself around each
+ * place; runs; union of touching runs. Centroid: from the moment of (I - T), one Newton step of a
+ * windowed first moment whose window follows the spot's own size and shape (SExtractor's windowed
+ * positions, Bertin & Arnouts 1996, widened from Gaussians to discs). Touching spots are parted at
+ * their saddle. Every blob carries flags and its sigma from the noise model. The same image gives
+ * the same bits.
  */
 #pragma once
 
@@ -23,8 +25,8 @@ struct blob_settings {
 	double threshold_sigma; /* detection level above the background; default 6 */
 	double threshold_min;   /* grey values; at least this far above the background; default 8 */
 	double electrons_per_grey; /* photon noise: variance = read^2 + signal / this; default 40 */
-	int area_min_px;           /* smaller ones are hot pixels and noise; default 3 */
-	int area_max_px;           /* larger ones are lamps and windows; default 20000 */
+	int area_min_px; /* smaller ones are hot pixels, unless light surrounds them; default 3 */
+	int area_max_px; /* larger ones are lamps and windows; default 20000 */
 };
 
 struct blob_settings blob_settings_default(void);

@@ -5,12 +5,32 @@
  */
 #include <math.h>
 
-#include "track/blobs_window.h"
+#include "track/blobs_parts.h"
 
-#define SIGMA_FLOOR_PX 0.003f       /* pixel phase, lens blur that is not symmetric */
-#define SIGMA_FLOOR_MOMENT_PX 0.01f /* of the plain moment, which the threshold cuts */
-#define POINT_VARIANCE_PX2 0.35f    /* no spot is sharper than a pixel */
-#define HOT_AREA_PX 4
+#define SIGMA_FLOOR_PX 0.0015f          /* pixel phase, lens blur that is not symmetric */
+#define SIGMA_FLOOR_SATURATED_PX 0.008f /* what clipping hides */
+#define SIGMA_FLOOR_MOMENT_PX 0.01f     /* of the plain moment, which the threshold cuts */
+#define POINT_VARIANCE_PX2 0.6f         /* no spot is sharper than a pixel */
+#define SHAPELESS_AREA_PX2 6
+#define LARGE_SNR 60 /* from here on the window need not fear noise, only the pixel grid */
+#define STEEP 0.04f  /* grey values per pixel */
+#define CRUMB_PX2 8
+#define CRUMB_GAP_PX 5
+#define TILT_OF_SADDLE 0.13f /* measured on pairs of equal spots */
+#define TILT_OF_STEP 0.6f    /* measured on spots across a sharp rim */
+#define STEP_MIN 6           /* grey values; below, a slope that the plane follows */
+#define STEPS_MAX 4
+#define STEP_SMALL_PX 0.1f
+
+static float at_least(float v, float low)
+{
+	return v > low ? v : low;
+}
+
+static float at_most(float v, float high)
+{
+	return v < high ? v : high;
+}
 
 static int value_at(const struct grey_image *image, int x, int y)
 {
@@ -18,8 +38,7 @@ static int value_at(const struct grey_image *image, int x, int y)
 }
 
 /* A hot pixel stands alone; optics spread even a point of light over its neighbours. */
-static bool is_hot(const struct spot *spot, const struct spot_scene *scene, float background,
-		   float noise_variance)
+static bool is_hot(const struct spot *spot, const struct spot_scene *scene, const struct fit *fit)
 {
 	const struct grey_image *image = scene->image;
 	float inside = 0, around = 0;
@@ -31,158 +50,208 @@ static bool is_hot(const struct spot *spot, const struct spot_scene *scene, floa
 
 			if (x < 0 || y < 0 || x >= image->width_px || y >= image->height_px)
 				continue;
-			over = (float)value_at(image, x, y) - background;
-			if (over + background > (float)spot->level)
+			over = (float)value_at(image, x, y) - fit->background.value;
+			if (value_at(image, x, y) > spot->level)
 				inside += over;
 			else
 				around += over;
 			count++;
 		}
-	return around < 0.25f * inside || around < 3 * sqrtf((float)count * noise_variance);
+	return around < 0.25f * inside ||
+	       around < 3 * sqrtf((float)count * fit->kernel.noise_variance);
+}
+
+/* The rim of a glow stands out on one side only; a crumb of a spot's faint border, next to the
+ * spot, hardly at all. */
+static bool is_glow(const struct spot *spot, const struct spot_scene *scene, const struct fit *fit)
+{
+	float sigma = sqrtf(fit->kernel.noise_variance);
+	float margin = at_least((float)scene->settings->threshold_sigma * sigma,
+				(float)scene->settings->threshold_min);
+
+	return (float)spot->peak < fit->surround + margin ||
+	       (fit->clear_px < CRUMB_GAP_PX && spot->area_px2 < CRUMB_PX2 &&
+		(float)(spot->peak - spot->level) < 3 * sigma);
 }
 
 /* Variance of the (I - T) moment: each pixel's noise, times its lever. */
-static float moment_variance(const struct spot *spot, const struct run *runs,
-			     const struct spot_scene *scene, float background, float noise_variance,
-			     float x_px, float y_px)
+static float moment_variance(const struct spot *spot, const struct spot_scene *scene,
+			     const struct fit *fit)
 {
 	float sum = 0;
 
-	for (uint32_t r = spot->first_run; r != RUN_NONE; r = runs[r].next)
-		for (int x = runs[r].x0; x < runs[r].x1; x++) {
-			float dx = (float)x - x_px, dy = (float)runs[r].y - y_px;
-			float over = (float)value_at(scene->image, x, runs[r].y) - background;
+	for (uint32_t r = spot->first_run; r != RUN_NONE; r = scene->runs[r].next)
+		for (int x = scene->runs[r].x0; x < scene->runs[r].x1; x++) {
+			int y = scene->runs[r].y;
+			float dx = (float)x - fit->x_px, dy = (float)y - fit->y_px;
+			float over = (float)value_at(scene->image, x, y) - fit->background.value;
 
 			sum += (dx * dx + dy * dy) *
-			       (noise_variance +
-				fmaxf(over, 0) / (float)scene->settings->electrons_per_grey);
+			       (fit->kernel.noise_variance +
+				at_least(over, 0) / fit->kernel.electrons_per_grey);
 		}
-	return sum / (2 * (float)spot->sum * (float)spot->sum);
+	return sum / (2 * (float)spot->w * (float)spot->w);
 }
 
-/* Kernel weights by how flat the spot is: 1 for a Gaussian, 2 for a sharp disc. `scale` is the
- * window's size over the spot's. The steps are where the neighbours' efficiencies cross. */
-static float choose_rings(float flatness, float ring[3])
+/* What a spot looks like. */
+struct shape {
+	float xx, xy, yy; /* second central moments, px2 */
+	float flatness;   /* 0 for a Gaussian, 1 for a sharp disc */
+};
+
+/* From the area above the threshold and the mean height over it. A Gaussian cut off low down is a
+ * cone with a wide skirt, a disc is the same at every height; between the two the mean height
+ * tells. What is cut off is `cut` times the height, at sqrt(2 `depth`) standard deviations. */
+static void find_shape(const struct spot *spot, float background, struct shape *out)
 {
-	static const struct {
-		float flatness_max, scale, ring[3];
-	} choices[] = {
-		{1.25f, 1.9f, {1, 0, 0}},
-		{1.50f, 1.8f, {1, 1, 0}},
-		{1.75f, 1.8f, {0, 1, 0}},
-		{9.99f, 1.6f, {0, 0, 1}},
-	};
-	size_t i = 0;
+	float height = (float)(spot->peak - spot->level), area = (float)spot->area_px2;
+	float cut = at_least(1 - height / ((float)spot->peak - background), 0.02f);
+	float depth = -logf(cut), kept = 1 - cut;
+	float mean_of_gauss = (kept - cut * depth) / (depth * kept);
+	float fill = ((float)spot->w / (area * height) - mean_of_gauss) / (1 - mean_of_gauss);
+	float hollow = 1 - at_most(at_least(fill, 0), 1), grow;
 
-	while (i + 1 < sizeof(choices) / sizeof(choices[0]) && flatness > choices[i].flatness_max)
-		i++;
-	for (int k = 0; k < 3; k++)
-		ring[k] = choices[i].ring[k];
-	return choices[i].scale;
-}
-
-/* Second moments over the bright pixels' surroundings; where noise drowns them, a round spot of
- * the bright area. */
-static void find_shape(const struct spot *spot, const struct spot_scene *scene,
-		       const struct plane *background, float noise_variance, float x_px, float y_px,
-		       struct shape *shape)
-{
-	float half_x = 0.5f * (float)(spot->x1 - spot->x0),
-	      half_y = 0.5f * (float)(spot->y1 - spot->y0);
-	float t =
-		((float)spot->level - background->value) / ((float)spot->peak - background->value);
-	float round = (float)spot->area_px2 / (6.2832f * -logf(fminf(fmaxf(t, 0.02f), 0.6f)));
-	struct window window;
-	float width, height, error;
-
-	half_x += 1.0f + 0.5f * half_x;
-	half_y += 1.0f + 0.5f * half_y;
-	round = fmaxf(round, POINT_VARIANCE_PX2);
-	if (window_around(scene->image, x_px, y_px, half_x, half_y, &window) &&
-	    window_moments(scene->image, &window, background, x_px, y_px, shape)) {
-		width = (float)(window.x1 - window.x0);
-		height = (float)(window.y1 - window.y0);
-		error = sqrtf(noise_variance * width * height) *
-			fmaxf(width * width, height * height) / (9 * shape->flux);
-		if (error < 0.4f * fminf(shape->xx, shape->yy) &&
-		    shape->xx * shape->yy > 1.05f * shape->xy * shape->xy) {
-			shape->xx = fmaxf(shape->xx, POINT_VARIANCE_PX2);
-			shape->yy = fmaxf(shape->yy, POINT_VARIANCE_PX2);
-			return;
-		}
+	out->flatness = 1 - hollow * hollow * sqrtf(hollow);
+	out->flatness *= at_most(at_least((area - 4) / 16, 0), 1);
+	grow = 0.83f * ((1 - out->flatness) * 2 / depth + out->flatness);
+	out->xx = spot->area_xx * grow;
+	out->xy = spot->area_xy * grow;
+	out->yy = spot->area_yy * grow;
+	if (area < SHAPELESS_AREA_PX2) {
+		out->xx = out->yy = area / (6.2832f * depth);
+		out->xy = 0;
 	}
-	*shape = (struct shape){6.2832f * round * ((float)spot->peak - background->value), round, 0,
-				round};
+	out->xx = at_least(out->xx, POINT_VARIANCE_PX2);
+	out->yy = at_least(out->yy, POINT_VARIANCE_PX2);
 }
 
-/* Fits the kernel to the shape, no wider than the clear surroundings. Returns false when that
+/* The kernel for a shape, no wider than `clear_px` around the centre. Returns false when that
  * leaves too little of the spot. */
-static bool make_kernel(const struct spot *spot, const struct spot_scene *scene,
-			const struct shape *shape, float peak, struct kernel *kernel)
+static bool make_kernel(const struct spot *spot, const struct shape *shape, float clear_px,
+			float snr, struct kernel *kernel)
 {
+	/* By flatness, in steps of a quarter; the window's size over the spot's. */
+	static const float scales[] = {1.75f, 1.8f, 1.8f, 1.6f};
+	const float f = shape->flatness;
+	int i = (f > 0.25f) + (f > 0.5f) + (f > 0.75f);
 	float det = shape->xx * shape->yy - shape->xy * shape->xy;
-	float flatness = shape->flux / (6.2832f * sqrtf(det) * peak);
-	float scale = choose_rings(flatness, kernel->ring);
-	float widest = 0.5f * (shape->xx + shape->yy) +
-		       sqrtf(0.25f * (shape->xx - shape->yy) * (shape->xx - shape->yy) +
-			     shape->xy * shape->xy);
-	float radius = 2 * sqrtf(scale * widest), extent;
+	float mean = 0.5f * (shape->xx + shape->yy), scale = scales[i], radius2;
+	int width = spot->x1 - spot->x0, height = spot->y1 - spot->y0;
 
-	if (radius > scene->clear_px) {
-		extent = 0.5f * (float)(spot->x1 - spot->x0 > spot->y1 - spot->y0
-						? spot->x1 - spot->x0
-						: spot->y1 - spot->y0);
-		if (scene->clear_px < extent)
-			return false;
-		scale *= scene->clear_px * scene->clear_px / (radius * radius);
+	if (!(det > 0.05f * mean * mean))
+		return false;
+	if (i == PROFILE_HILL)
+		scale += 0.6f * at_most(snr / LARGE_SNR, 1);
+	if (spot->peak == 255) { /* clipping makes sharp edges, which only a wide window bears */
+		i = PROFILE_RING;
+		scale = 2.6f;
 	}
-	kernel->qxx = shape->yy / (det * scale);
-	kernel->qxy = -shape->xy / (det * scale);
-	kernel->qyy = shape->xx / (det * scale);
+	radius2 = 4 * scale * (mean + sqrtf(at_least(mean * mean - det, 0)));
+	if (radius2 > clear_px * clear_px) {
+		if (clear_px < 0.5f * (float)(width > height ? width : height))
+			return false;
+		scale *= clear_px * clear_px / radius2;
+	}
+	kernel->qxx = shape->yy / (4 * det * scale);
+	kernel->qxy = -shape->xy / (4 * det * scale);
+	kernel->qyy = shape->xx / (4 * det * scale);
+	kernel->profile = (enum kernel_profile)i;
 	return true;
 }
 
-/* Newton from the plain moment; it converges in one step unless the start was poor. */
-static bool refine(const struct spot *spot, const struct spot_scene *scene, float noise_variance,
-		   float *x_px, float *y_px, float *variance)
+static float noise_variance_at(const struct spot_scene *scene, float background)
 {
-	struct plane background = level_map_plane(scene->map, *x_px, *y_px);
-	struct kernel kernel = {.noise_variance = noise_variance,
-				.electrons_per_grey = (float)scene->settings->electrons_per_grey};
-	float x = *x_px, y = *y_px, peak = (float)spot->peak - background.value, det;
-	struct newton_step step;
-	struct window window;
+	float sigma = scene->map->noise_sigma;
+
+	return sigma * sigma + at_least(background - scene->map->background_median, 0) /
+				       (float)scene->settings->electrons_per_grey;
+}
+
+static bool place_window(const struct grey_image *image, struct fit *fit)
+{
+	const struct kernel *k = &fit->kernel;
+	float det = k->qxx * k->qyy - k->qxy * k->qxy;
+
+	return window_around(image, fit->x_px, fit->y_px, sqrtf(k->qyy / det), sqrtf(k->qxx / det),
+			     &fit->window);
+}
+
+/* Where the level map is steep it is also coarse: there the ring around the spot tells. */
+static void find_background(const struct spot *spot, const struct spot_scene *scene,
+			    struct fit *fit)
+{
+	struct plane plane = level_map_plane(scene->map, fit->x_px, fit->y_px);
+	float middle_x = 0.5f * (float)(spot->x0 + spot->x1 - 1);
+	float middle_y = 0.5f * (float)(spot->y0 + spot->y1 - 1);
+
+	fit->surround = fit->contrast = 0;
+	if (fabsf(plane.slope_x) + fabsf(plane.slope_y) > STEEP &&
+	    ring_background(scene->image, spot, &plane, &fit->surround, &fit->contrast))
+		plane.value += (fit->x_px - middle_x) * plane.slope_x +
+			       (fit->y_px - middle_y) * plane.slope_y;
+	fit->background = plane;
+}
+
+/* How far a merged neighbour's skirt, or the step of a rim below the spot, may pull the centroid:
+ * in standard deviations of the spot's light. */
+static float tilt_of(const struct spot *spot, const struct fit *fit, float height)
+{
+	float saddle = ((float)spot->level - fit->background.value) / height;
+	float step = at_least(fit->contrast - STEP_MIN, 0) / height;
+
+	return (spot->merged ? TILT_OF_SADDLE * saddle * saddle : 0) + TILT_OF_STEP * step;
+}
+
+void spot_prepare(const struct spot *spot, const struct spot_scene *scene, float clear_px,
+		  struct fit *out)
+{
+	float height;
 	struct shape shape;
 
-	find_shape(spot, scene, &background, noise_variance, x, y, &shape);
-	if (!make_kernel(spot, scene, &shape, peak, &kernel))
+	out->x_px = (float)spot->x0 + (float)spot->wx / (float)spot->w;
+	out->y_px = (float)spot->y0 + (float)spot->wy / (float)spot->w;
+	out->clear_px = clear_px;
+	find_background(spot, scene, out);
+	out->kernel.noise_variance = noise_variance_at(scene, out->background.value);
+	out->kernel.electrons_per_grey = (float)scene->settings->electrons_per_grey;
+	height = (float)spot->peak - out->background.value;
+	find_shape(spot, out->background.value, &shape);
+	out->tilt_px = sqrtf(0.5f * (shape.xx + shape.yy)) * tilt_of(spot, out, height);
+	out->windowed = make_kernel(spot, &shape, clear_px,
+				    height / sqrtf(out->kernel.noise_variance), &out->kernel) &&
+			place_window(scene->image, out);
+}
+
+void spot_step(const struct spot_scene *scene, struct fit *fit)
+{
+	fit->windowed = fit->windowed && window_newton(scene->image, fit);
+}
+
+/* More steps where the start was poor. Returns false when they lead away from the spot. */
+static bool settle(const struct spot *spot, const struct spot_scene *scene, struct fit *fit)
+{
+	if (!fit->windowed)
 		return false;
-	det = kernel.qxx * kernel.qyy - kernel.qxy * kernel.qxy;
-	for (int i = 0; i < 4; i++) {
-		if (!window_around(scene->image, x, y, 2 * sqrtf(kernel.qyy / det),
-				   2 * sqrtf(kernel.qxx / det), &window))
+	for (int i = 1; i < STEPS_MAX && fabsf(fit->dx) + fabsf(fit->dy) > STEP_SMALL_PX; i++)
+		if (!place_window(scene->image, fit) || !window_newton(scene->image, fit))
 			return false;
-		background = level_map_plane(scene->map, x, y);
-		if (!window_newton(scene->image, &window, &background, &kernel, x, y, &step))
-			return false;
-		x += step.dx;
-		y += step.dy;
-		if (fabsf(x - *x_px) > 1 || fabsf(y - *y_px) > 1)
-			return false;
-		if (fabsf(step.dx) + fabsf(step.dy) < 0.1f)
-			break;
-	}
-	*x_px = x;
-	*y_px = y;
-	*variance = step.variance;
-	return true;
+	return fit->x_px > (float)spot->x0 - 1 && fit->x_px < (float)spot->x1 &&
+	       fit->y_px > (float)spot->y0 - 1 && fit->y_px < (float)spot->y1;
+}
+
+/* The plain moment, for spots that touch the border or a neighbour. */
+static void take_moment(const struct spot *spot, const struct spot_scene *scene, struct fit *fit)
+{
+	fit->x_px = (float)spot->x0 + (float)spot->wx / (float)spot->w;
+	fit->y_px = (float)spot->y0 + (float)spot->wy / (float)spot->w;
+	fit->variance = moment_variance(spot, scene, fit);
 }
 
 static int flags_of(const struct spot *spot, const struct grey_image *image)
 {
 	int flags = 0;
 
-	if (spot->saturated_count)
+	if (spot->peak == 255)
 		flags |= BLOB_SATURATED;
 	if (spot->merged)
 		flags |= BLOB_MERGED;
@@ -192,40 +261,29 @@ static int flags_of(const struct spot *spot, const struct grey_image *image)
 	return flags;
 }
 
-static float noise_variance_at(const struct spot_scene *scene, float background)
+bool spot_finish(const struct spot *spot, const struct spot_scene *scene, struct fit *fit,
+		 struct blob *out)
 {
-	float sigma = scene->map->noise_sigma;
-
-	return sigma * sigma + fmaxf(background - scene->map->background_median, 0) /
-				       (float)scene->settings->electrons_per_grey;
-}
-
-bool spot_measure(const struct spot *spot, const struct run *runs, const struct spot_scene *scene,
-		  struct blob *out)
-{
-	float x = (float)((double)spot->sum_x / (double)spot->sum);
-	float y = (float)((double)spot->sum_y / (double)spot->sum);
-	float background = level_map_plane(scene->map, x, y).value;
-	float noise_variance = noise_variance_at(scene, background), variance,
-	      floor_px = SIGMA_FLOOR_PX;
 	int flags = flags_of(spot, scene->image);
+	float floor_px = flags & BLOB_SATURATED ? SIGMA_FLOOR_SATURATED_PX : SIGMA_FLOOR_PX;
 
-	if (spot->area_px2 > scene->settings->area_max_px)
+	if (spot->area_px2 > scene->settings->area_max_px || is_glow(spot, scene, fit) ||
+	    (spot->area_px2 < scene->settings->area_min_px && is_hot(spot, scene, fit)))
 		return false;
-	if ((spot->area_px2 < scene->settings->area_min_px || spot->area_px2 <= HOT_AREA_PX) &&
-	    is_hot(spot, scene, background, noise_variance))
-		return false;
-	if ((flags & BLOB_EDGE) || !refine(spot, scene, noise_variance, &x, &y, &variance)) {
-		variance = moment_variance(spot, runs, scene, background, noise_variance, x, y);
+	if ((flags & BLOB_EDGE) || !settle(spot, scene, fit)) {
+		take_moment(spot, scene, fit);
 		floor_px = SIGMA_FLOOR_MOMENT_PX;
 	}
 	if (flags & BLOB_EDGE) /* how much is cut off is not known */
 		floor_px = 0.15f * (float)(spot->x1 - spot->x0 + spot->y1 - spot->y0);
-	*out = (struct blob){.x_px = x,
-			     .y_px = y,
-			     .sigma_px = sqrtf(variance + floor_px * floor_px),
-			     .area_px2 = (float)spot->area_px2,
-			     .peak = (uint16_t)fmaxf((float)spot->peak - background, 0),
-			     .flags = (uint16_t)flags};
+	floor_px = hypotf(floor_px, fit->tilt_px);
+	*out = (struct blob){
+		.x_px = fit->x_px,
+		.y_px = fit->y_px,
+		.sigma_px = sqrtf(fit->variance + floor_px * floor_px),
+		.area_px2 = (float)spot->area_px2,
+		.peak = (uint16_t)at_least((float)spot->peak - fit->background.value, 0),
+		.flags = (uint16_t)flags,
+	};
 	return true;
 }

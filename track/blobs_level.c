@@ -1,9 +1,9 @@
 /*
- * Background, noise and threshold, measured from the image itself: medians of a sparse sample
- * around nodes 64 px apart, and the noise from differences of near pixels, so that neither spots
- * nor gradients count as noise.
+ * Background, noise and threshold, measured from the image itself: medians of sparse samples, and
+ * the noise from differences of near pixels, so that neither spots nor gradients count as noise.
  */
 #include <errno.h>
+#include <limits.h>
 #include <math.h>
 #include <simde/x86/sse2.h>
 #include <stdlib.h>
@@ -11,9 +11,12 @@
 
 #include "track/blobs_parts.h"
 
-#define SAMPLE_BYTES 18     /* 16 pixels and, for the differences, 2 more */
-#define DIFFERENCE_COUNT 32 /* per node */
-#define BACKGROUND_SPAN 80  /* a node further above the median than this lies on a lamp */
+#define COARSE_MARGIN 0.75f /* of the margin: nothing is lost where the survey was high */
+#define SAMPLE_BYTES 16
+#define SAMPLE_COUNT 8      /* side by side, around a node */
+#define DIFFERENCE_COUNT 28 /* per node of the survey */
+#define FLAT 1.6f           /* grey values: less is noise and rounding */
+#define SLOPE_DEADBAND 0.5f /* grey values: a node's own noise is no slope */
 
 typedef simde__m128i bytes16;
 
@@ -28,12 +31,11 @@ int level_map_init(struct level_map *map, int width_px, int height_px)
 
 	memset(map, 0, sizeof(*map));
 	map->x_count = (width_px + GROUP_PX - 1) / GROUP_PX + 1;
-	map->y_count = (height_px + GROUP_PX - 1) / GROUP_PX + 1;
+	map->y_count = (height_px + CELL_PX - 1) / CELL_PX;
 	count = (size_t)map->x_count * (size_t)map->y_count;
-	map->background = calloc(count, sizeof(*map->background));
-	map->limit = calloc(count, CELL_PX);
-	map->noise = calloc(count, sizeof(*map->noise));
-	if (map->background && map->limit && map->noise)
+	map->nodes = calloc(count, sizeof(*map->nodes));
+	map->survey = calloc((size_t)map->x_count, SURVEY_ROWS);
+	if (map->nodes && map->survey)
 		return 0;
 	level_map_finish(map);
 	return -ENOMEM;
@@ -41,10 +43,14 @@ int level_map_init(struct level_map *map, int width_px, int height_px)
 
 void level_map_finish(struct level_map *map)
 {
-	free(map->background);
-	free(map->limit);
-	free(map->noise);
+	free(map->nodes);
+	free(map->survey);
 	memset(map, 0, sizeof(*map));
+}
+
+static int smaller(int a, int b)
+{
+	return a < b ? a : b;
 }
 
 static int clamp_int(int v, int low, int high)
@@ -52,19 +58,36 @@ static int clamp_int(int v, int low, int high)
 	return v < low ? low : v > high ? high : v;
 }
 
-/* SAMPLE_BYTES pixels near (x, y) inside the image; `spare` serves images too narrow for that. */
-static const uint8_t *sample(const struct grey_image *image, int x, int y, uint8_t *spare)
+static const uint8_t *sampled_row(const struct grey_image *image, int j)
 {
-	const uint8_t *row;
+	int y = smaller(CELL_PX * j + CELL_PX / 2, image->height_px - 1);
 
-	y = y < 0 ? -y : y >= image->height_px ? 2 * (image->height_px - 1) - y : y;
-	y = clamp_int(y, 0, image->height_px - 1);
-	row = image->pixels + (ptrdiff_t)y * image->stride_bytes;
-	if (image->width_px >= SAMPLE_BYTES)
-		return row + clamp_int(x, 0, image->width_px - SAMPLE_BYTES);
-	for (int i = 0; i < SAMPLE_BYTES; i++)
-		spare[i] = row[i % image->width_px];
-	return spare;
+	return image->pixels + (ptrdiff_t)y * image->stride_bytes;
+}
+
+/* Where the samples of a node begin: column i stands 8 px into group i, samples reach 64 px to both
+ * sides. At the border they move inwards; in a narrow image they overlap. */
+static int sample_x(const struct grey_image *image, int i, int k)
+{
+	int x = GROUP_PX * i + 8 - GROUP_PX + SAMPLE_BYTES * k;
+
+	return clamp_int(x, 0, image->width_px - SAMPLE_BYTES);
+}
+
+static void load_samples(const struct grey_image *image, int i, int j, bytes16 v[SAMPLE_COUNT])
+{
+	const uint8_t *row = sampled_row(image, j);
+	uint8_t narrow[SAMPLE_BYTES];
+
+	if (i > 0 && GROUP_PX * (i + 1) + 8 <= image->width_px) {
+		for (int k = 0; k < SAMPLE_COUNT; k++)
+			v[k] = load(row + GROUP_PX * (i - 1) + 8 + SAMPLE_BYTES * k);
+		return;
+	}
+	for (int k = 0; k < SAMPLE_BYTES; k++)
+		narrow[k] = row[k % image->width_px];
+	for (int k = 0; k < SAMPLE_COUNT; k++)
+		v[k] = load(image->width_px < SAMPLE_BYTES ? narrow : row + sample_x(image, i, k));
 }
 
 static void order(bytes16 *a, bytes16 *b)
@@ -75,10 +98,14 @@ static void order(bytes16 *a, bytes16 *b)
 	*a = low;
 }
 
-/* Mean of the 16 lanes' medians of 8, in grey values. Lanes are spread over the sampled area: an
- * outlier area must cover a third of it to be felt. Batcher's merge sort, least and greatest
- * values left out where they no longer matter. */
-static float median_level(bytes16 v[8])
+static int lane_sum(bytes16 sums)
+{
+	return simde_mm_cvtsi128_si32(sums) + simde_mm_cvtsi128_si32(simde_mm_srli_si128(sums, 8));
+}
+
+/* Mean of the 16 lanes' medians of 8, in grey values: an outlier area must cover a third of the
+ * samples to be felt. Batcher's merge sort, less what does not reach the middle. */
+static float median_level(bytes16 v[SAMPLE_COUNT])
 {
 	static const uint8_t net[][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3},
 					 {4, 6}, {5, 7}, {1, 2}, {5, 6}, {0, 4}, {1, 5},
@@ -90,30 +117,18 @@ static float median_level(bytes16 v[8])
 		order(&v[net[i][0]], &v[net[i][1]]);
 	sum = simde_mm_add_epi64(simde_mm_sad_epu8(v[3], simde_mm_setzero_si128()),
 				 simde_mm_sad_epu8(v[4], simde_mm_setzero_si128()));
-	return (float)(simde_mm_cvtsi128_si32(sum) +
-		       simde_mm_cvtsi128_si32(simde_mm_srli_si128(sum, 8))) /
-	       32.0f;
+	return (float)lane_sum(sum) / 32.0f;
 }
 
-static void measure_node(struct level_map *map, const struct grey_image *image, int i, int j)
+/* Sum of DIFFERENCE_COUNT differences of pixels two apart, where no lens blur ties them: 14 each of
+ * two samples. */
+static int node_noise(const bytes16 v[SAMPLE_COUNT])
 {
-	size_t node = (size_t)j * (size_t)map->x_count + (size_t)i;
-	bytes16 v[8], difference = simde_mm_setzero_si128();
-	uint8_t spare[SAMPLE_BYTES];
+	bytes16 mask = simde_mm_srli_si128(simde_mm_set1_epi8(-1), 2);
+	bytes16 a = simde_mm_sad_epu8(simde_mm_and_si128(v[2], mask), simde_mm_srli_si128(v[2], 2));
+	bytes16 b = simde_mm_sad_epu8(simde_mm_and_si128(v[6], mask), simde_mm_srli_si128(v[6], 2));
 
-	for (int k = 0; k < 8; k++) {
-		int y = GROUP_PX * j + CELL_PX * (k / 2 - 1);
-		int x = GROUP_PX * i - 24 + 32 * (k % 2) + CELL_PX * (k / 2 % 2);
-		const uint8_t *p = sample(image, x, y, spare);
-
-		v[k] = load(p);
-		if (k == 1 || k == 6)
-			difference = simde_mm_add_epi64(difference,
-							simde_mm_sad_epu8(v[k], load(p + 2)));
-	}
-	map->background[node] = median_level(v);
-	map->noise[node] = (uint16_t)(simde_mm_cvtsi128_si32(difference) +
-				      simde_mm_cvtsi128_si32(simde_mm_srli_si128(difference, 8)));
+	return lane_sum(simde_mm_add_epi64(a, b));
 }
 
 /* Middle value, interpolated within its bin. */
@@ -142,108 +157,173 @@ static float uncut_noise(float mean_difference, float background)
 	return fmaxf(sigma, 0.3f);
 }
 
-static void measure_all(struct level_map *map)
+/* Cell row of the survey's row r. */
+static int survey_row(const struct level_map *map, int r)
+{
+	return (2 * r + 1) * map->y_count / (2 * SURVEY_ROWS);
+}
+
+/* Asks for the survey's pixels before they are needed. */
+static void prefetch_survey(const struct level_map *map, const struct grey_image *image)
+{
+	for (int r = 0; r < SURVEY_ROWS; r++) {
+		const uint8_t *row = sampled_row(image, survey_row(map, r));
+
+		for (int x = 0; x < image->width_px; x += GROUP_PX)
+			__builtin_prefetch(row + x);
+	}
+}
+
+static void survey(struct level_map *map, const struct grey_image *image)
 {
 	uint16_t levels[256] = {0}, noises[512] = {0};
-	int count = map->x_count * map->y_count;
+	uint8_t *level = map->survey;
+	int count = SURVEY_ROWS * map->x_count;
 
-	for (int i = 0; i < count; i++) {
-		levels[(int)(map->background[i] + 0.5f)]++;
-		noises[map->noise[i] < 511 ? map->noise[i] : 511]++;
-	}
+	for (int r = 0; r < SURVEY_ROWS; r++)
+		for (int i = 0; i < map->x_count; i++, level++) {
+			bytes16 v[SAMPLE_COUNT];
+
+			load_samples(image, i, survey_row(map, r), v);
+			noises[smaller(node_noise(v), 511)]++;
+			*level = (uint8_t)(median_level(v) + 0.5f);
+			levels[*level]++;
+		}
 	map->background_median = histogram_median(levels, 256, count);
 	map->noise_sigma = uncut_noise(histogram_median(noises, 512, count) / DIFFERENCE_COUNT,
 				       map->background_median);
 }
 
-/* Threshold above the background, for a background of so many grey values above the median. */
-static void margins(const struct level_map *map, const struct blob_settings *settings,
-		    float margin[BACKGROUND_SPAN + 1])
+void level_map_start(struct level_map *map, const struct grey_image *image,
+		     const struct blob_settings *settings)
 {
+	map->image = image;
+	map->epoch++;
+	prefetch_survey(map, image);
+	survey(map, image);
 	for (int i = 0; i <= BACKGROUND_SPAN; i++) {
-		double variance = (double)map->noise_sigma * (double)map->noise_sigma +
-				  i / settings->electrons_per_grey;
+		float variance = map->noise_sigma * map->noise_sigma +
+				 (float)i / (float)settings->electrons_per_grey;
+		float margin = (float)settings->threshold_sigma * sqrtf(variance);
 
-		margin[i] = (float)fmax(settings->threshold_sigma * sqrt(variance),
-					settings->threshold_min);
+		map->margin[i] = margin > (float)settings->threshold_min
+					 ? margin
+					 : (float)settings->threshold_min;
 	}
 }
 
-void level_map_measure(struct level_map *map, const struct grey_image *image,
-		       const struct blob_settings *settings)
+int level_map_coarse(const struct level_map *map, int y, uint8_t *groups)
 {
-	float margin[BACKGROUND_SPAN + 1];
+	int below = 0, above, end;
 
-	for (int j = 0; j < map->y_count; j++)
-		for (int i = 0; i < map->x_count; i++)
-			measure_node(map, image, i, j);
-	measure_all(map);
-	margins(map, settings, margin);
-	for (int i = 0; i < map->x_count * map->y_count; i++) {
-		float above = map->background[i] - map->background_median;
-
-		if (above > BACKGROUND_SPAN)
-			map->background[i] = map->background_median + BACKGROUND_SPAN;
-		above = fminf(fmaxf(above, 0), BACKGROUND_SPAN);
-		memset(map->limit + (size_t)i * CELL_PX,
-		       (int)fminf(map->background[i] + margin[(int)above], 255), CELL_PX);
-	}
-}
-
-/* `quarter` of the way from a to b. */
-static bytes16 blend(bytes16 a, bytes16 b, int quarter)
-{
-	bytes16 middle = simde_mm_avg_epu8(a, b);
-
-	switch (quarter) {
-	case 0:
-		return a;
-	case 1:
-		return simde_mm_avg_epu8(a, middle);
-	case 2:
-		return middle;
-	default:
-		return simde_mm_avg_epu8(middle, b);
-	}
-}
-
-void level_map_row(const struct level_map *map, int cell_y, uint8_t *cells, uint8_t *groups)
-{
-	size_t pitch = (size_t)map->x_count * CELL_PX;
-	const uint8_t *top = map->limit + (size_t)(cell_y / CELLS_PER_GROUP) * pitch;
-	int quarter = cell_y % CELLS_PER_GROUP;
-	bytes16 left = blend(load(top), load(top + pitch), quarter);
-
+	while (below < SURVEY_ROWS && survey_row(map, below) * CELL_PX <= y)
+		below++;
+	end = below < SURVEY_ROWS ? survey_row(map, below) * CELL_PX : INT_MAX;
+	above = below > 0 ? below - 1 : 0;
+	below = below < SURVEY_ROWS ? below : SURVEY_ROWS - 1;
 	for (int g = 0; g + 1 < map->x_count; g++) {
-		const uint8_t *node = top + (size_t)(g + 1) * CELL_PX;
-		bytes16 right = blend(load(node), load(node + pitch), quarter), lowest = left;
+		const uint8_t *a = map->survey + above * map->x_count + g;
+		const uint8_t *b = map->survey + below * map->x_count + g;
+		int lowest = smaller(smaller(a[0], a[1]), smaller(b[0], b[1]));
+		int level = smaller(lowest, (int)map->background_median + BACKGROUND_SPAN) +
+			    (int)(COARSE_MARGIN * map->margin[0]);
 
-		for (int c = 0; c < CELLS_PER_GROUP; c++) {
-			bytes16 level = blend(left, right, c);
-
-			lowest = simde_mm_min_epu8(lowest, level);
-			simde_mm_storeu_si128((bytes16 *)cells, level);
-			cells += CELL_PX;
-		}
-		simde_mm_storeu_si128((bytes16 *)groups, lowest);
-		groups += CELL_PX;
-		left = right;
+		memset(groups + (size_t)g * CELL_PX, smaller(level, 255), CELL_PX);
 	}
+	return end;
+}
+
+static void measure_node(const struct level_map *map, struct level_node *node, int i, int j)
+{
+	float median = map->background_median, most = median + BACKGROUND_SPAN, level, over;
+	bytes16 v[SAMPLE_COUNT];
+
+	load_samples(map->image, i, j, v);
+	level = median_level(v);
+	level = level < most ? level : most;
+	over = level > median ? level - median : 0;
+	node->background = level;
+	node->limit = (uint8_t)smaller((int)(level + map->margin[(int)over]), 255);
+	node->epoch = map->epoch;
+}
+
+/* Node (i, j), measured if this image has not asked for it yet. */
+static const struct level_node *node_at(const struct level_map *map, int i, int j)
+{
+	struct level_node *node = &map->nodes[j * map->x_count + i];
+
+	if (node->epoch != map->epoch)
+		measure_node(map, node, i, j);
+	return node;
+}
+
+void level_map_cells(const struct level_map *map, int cell_y, int group, uint8_t cells[GROUP_PX])
+{
+	bytes16 left = simde_mm_set1_epi8((char)node_at(map, group, cell_y)->limit);
+	bytes16 right = simde_mm_set1_epi8((char)node_at(map, group + 1, cell_y)->limit);
+	bytes16 middle = simde_mm_avg_epu8(left, right);
+
+	simde_mm_storeu_si128((bytes16 *)cells, left);
+	simde_mm_storeu_si128((bytes16 *)(cells + CELL_PX), simde_mm_avg_epu8(left, middle));
+	simde_mm_storeu_si128((bytes16 *)(cells + 2 * CELL_PX), middle);
+	simde_mm_storeu_si128((bytes16 *)(cells + 3 * CELL_PX), simde_mm_avg_epu8(middle, right));
+}
+
+static float without_noise(float difference)
+{
+	if (difference > SLOPE_DEADBAND)
+		return difference - SLOPE_DEADBAND;
+	return difference < -SLOPE_DEADBAND ? difference + SLOPE_DEADBAND : 0;
+}
+
+/* A column of three nodes: their median, and half of what it rises from the first to the last. A
+ * node that lies on bright things bends the column rather than tilts it; then nothing is said. */
+static float column(const struct level_map *map, int i, const int rows[3], float *rise)
+{
+	float a = node_at(map, i, rows[0])->background, b = node_at(map, i, rows[1])->background;
+	float c = node_at(map, i, rows[2])->background;
+	float low = a < b ? a : b, high = a < b ? b : a;
+
+	*rise = fabsf(a - 2 * b + c) > fabsf(c - a) + 2 ? 0 : without_noise(c - a) / 2;
+	return c < low ? low : c > high ? high : c;
+}
+
+/* Whether the survey sees the same level above, below, left and right of column i, and a node
+ * measured since agrees: then there is no slope worth three rows of nodes. */
+static bool is_flat(const struct level_map *map, int i, int y, float level)
+{
+	int below = 0, above;
+	const uint8_t *a, *b;
+	float low = level - FLAT, high = level + FLAT;
+
+	while (below < SURVEY_ROWS - 1 && survey_row(map, below) * CELL_PX <= y)
+		below++;
+	above = below > 0 ? below - 1 : 0;
+	a = map->survey + above * map->x_count + i;
+	b = map->survey + below * map->x_count + i;
+	return a[0] > low && a[0] < high && a[1] > low && a[1] < high && b[0] > low &&
+	       b[0] < high && b[1] > low && b[1] < high;
 }
 
 struct plane level_map_plane(const struct level_map *map, float x_px, float y_px)
 {
-	float u = (x_px - 7.5f) / GROUP_PX, v = (y_px - 7.5f) / GROUP_PX;
-	int i = clamp_int((int)floorf(u), 0, map->x_count - 2);
-	int j = clamp_int((int)floorf(v), 0, map->y_count - 2);
-	const float *top = map->background + (size_t)j * (size_t)map->x_count + (size_t)i;
-	const float *low = top + map->x_count;
-	float dx = (top[1] - top[0] + low[1] - low[0]) / 2;
-	float dy = (low[0] - top[0] + low[1] - top[1]) / 2;
+	int x = clamp_int((int)x_px - 7, 0, GROUP_PX * (map->x_count - 1) - 1);
+	int y = clamp_int((int)y_px, 0, CELL_PX * map->y_count - 1);
+	int i = x / GROUP_PX, j = y / CELL_PX;
+	const int rows[3] = {j > 0 ? j - 1 : 0, j, smaller(j + 1, map->y_count - 1)};
+	float left = node_at(map, i, j)->background, right = node_at(map, i + 1, j)->background;
+	float u = (x_px - 7.5f) / GROUP_PX, v = (y_px - 7.5f) / CELL_PX, dx, dy;
+	float left_rise, right_rise;
 
-	u -= (float)i + 0.5f;
-	v -= (float)j + 0.5f;
-	return (struct plane){(top[0] + top[1] + low[0] + low[1]) / 4 + u * dx + v * dy,
-			      dx / GROUP_PX, dy / GROUP_PX,
-			      fabsf(top[0] - top[1] - low[0] + low[1])};
+	if (fabsf(right - left) < FLAT && is_flat(map, i, y, (left + right) / 2))
+		return (struct plane){(left + right) / 2, 0, 0};
+	left = column(map, i, rows, &left_rise);
+	right = column(map, i + 1, rows, &right_rise);
+	dx = without_noise(right - left);
+	dy = (left_rise + right_rise) / (float)(rows[2] - rows[0] > 1 ? 2 : 1);
+	return (struct plane){
+		(left + right) / 2 + dx * (u - (float)i - 0.5f) + dy * (v - (float)j),
+		dx / GROUP_PX,
+		dy / CELL_PX,
+	};
 }

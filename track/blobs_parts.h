@@ -10,93 +10,228 @@
 
 #include "track/blobs.h"
 
-#define CELL_PX 16  /* the threshold is constant over one cell */
+#define CELL_PX 16 /* the threshold is constant over one cell */
+#define NODE_REACH_PX (2 * CELL_PX)
 #define GROUP_PX 64 /* the scan looks at so many pixels at once */
 #define CELLS_PER_GROUP (GROUP_PX / CELL_PX)
-#define RUN_MAX 32768 /* per image; runs past it are counted as lost */
-#define SPOT_MAX 4096 /* per image, hot pixels included; past it they are counted as lost */
+#define BACKGROUND_SPAN 80 /* nodes further above the median than this lie on a lamp */
+#define SURVEY_ROWS 4      /* rows of nodes that are measured before the scan */
+#define MEASURE_LAG_ROWS 9 /* from the scan's front to the last run joined */
+#define RUN_MAX 32768      /* per image; runs past it are counted as lost */
+#define SPOT_MAX 4096      /* per image, hot pixels included; past it they are counted as lost */
 
-/* Background and threshold at nodes GROUP_PX apart: node (i, j) stands in the middle of cell
- * (4 i, 4 j); between the nodes both are interpolated. */
+/* Background and threshold at a node, from the row of pixels through it. */
+struct level_node {
+	uint32_t epoch;   /* of the image it was measured in */
+	float background; /* grey values */
+	uint8_t limit;    /* the threshold: what is above is bright */
+};
+
+/* Nodes stand GROUP_PX apart in x and CELL_PX in y: node (i, j) at pixel (64 i + 7.5, 16 j + 7.5).
+ * One is measured when it is first needed, which in the dark is never. */
 struct level_map {
 	int x_count, y_count;
-	float *background; /* [y_count][x_count], grey values */
-	uint8_t *limit;    /* [y_count][x_count][CELL_PX], the threshold, repeated */
-	uint16_t *noise;   /* [y_count][x_count], sums of differences */
+	const struct grey_image *image; /* during one run, borrowed */
+	uint32_t epoch;                 /* counts images; says only which nodes are known */
+	struct level_node *nodes;       /* [y_count][x_count] */
+	uint8_t *survey;                /* [SURVEY_ROWS][x_count], backgrounds, rounded */
 	float background_median;
 	float noise_sigma; /* grey values, at background_median, quantisation included */
+	float margin[BACKGROUND_SPAN + 1]; /* threshold over background, so far above the median */
 };
 
 int level_map_init(struct level_map *map, int width_px, int height_px);
 void level_map_finish(struct level_map *map);
-void level_map_measure(struct level_map *map, const struct grey_image *image,
-		       const struct blob_settings *settings);
 
-/* Thresholds of the cell row `cell_y`: one per pixel (`cells`), and per group the lowest of its
- * cells, repeated CELL_PX times (`groups`). */
-void level_map_row(const struct level_map *map, int cell_y, uint8_t *cells, uint8_t *groups);
+/* Starts a new image: its median background and noise, from SURVEY_ROWS rows of nodes. */
+void level_map_start(struct level_map *map, const struct grey_image *image,
+		     const struct blob_settings *settings);
 
-/* The background as a plane around (x, y): value and slopes. `curve` says how far the map is from
- * a plane there, in grey values. */
+/* Levels that nothing dark exceeds and every spot does, one per group, repeated CELL_PX times, good
+ * from row y on; returns the row where they end. */
+int level_map_coarse(const struct level_map *map, int y, uint8_t *groups);
+
+/* Thresholds of the group's cells in the cell row `cell_y`, one per pixel. */
+void level_map_cells(const struct level_map *map, int cell_y, int group, uint8_t cells[GROUP_PX]);
+
+/* From now on the finder uses the plain twins; for tests. */
+void blob_finder_use_plain(struct blob_finder *finder);
+
+/* The background as a plane around some point: grey values there, and per pixel. */
 struct plane {
-	float value, slope_x, slope_y, curve;
+	float value, slope_x, slope_y;
 };
+
+/* The background around (x, y); looks at pixels up to NODE_REACH_PX below. */
 struct plane level_map_plane(const struct level_map *map, float x_px, float y_px);
 
-/* A group of GROUP_PX pixels with bright ones in it; bit b = pixel 64 * group + b. */
-struct bright_group {
-	uint32_t group;
-	uint64_t mask;
+/* A group of pixels that may hold something bright. */
+struct candidate {
+	uint16_t y, group;
 };
 
-/* Groups of one row (of group_count * GROUP_PX pixels) with pixels above `cells`; returns how many.
- * The two give the same bits. */
-typedef int blob_scan_fn(const uint8_t *row, const uint8_t *cells, const uint8_t *groups,
-			 int group_count, struct bright_group *out);
+/* Writes the groups of row y that hold a pixel above the group's level (CELL_PX times the same
+ * byte) and returns how many; `out` has room for all. The two give the same bits. */
+typedef size_t blob_scan_fn(const uint8_t *row, int y, const uint8_t *levels, int group_count,
+			    struct candidate *out);
 blob_scan_fn blob_scan_simd, blob_scan_plain;
+
+/* Bit b of the result: pixel b of the group is above level[b]. The two give the same bits. */
+typedef uint64_t blob_mask_fn(const uint8_t *pixels, const uint8_t *level);
+blob_mask_fn blob_mask_simd, blob_mask_plain;
 
 /* Pixels [x0, x1) of row y, all above the level. */
 struct run {
 	uint16_t y, x0, x1;
 	uint8_t level;
-	uint32_t parent; /* union-find, towards the first run; later the spot's number */
-	uint32_t next;   /* of the same spot, in raster order; RUN_NONE ends */
+	uint32_t spot; /* or SPOT_NONE; ask spot_root() */
+	uint32_t next; /* of the same spot; RUN_NONE ends */
 };
 #define RUN_NONE UINT32_MAX
+#define SPOT_NONE UINT32_MAX
 
-/* A connected set of runs and its sums over (I - level). */
+/* Sums over the pixels of a set of runs, each counting once: of 2 x, y and their products (2 x is
+ * whole in the middle of a run), and of the runs' lengths cubed. */
+struct area_sums {
+	int64_t x, y, xx, xy, yy, cubes;
+};
+
+/* A connected set of runs. w, wx, wy are sums over the weights I - level, about pixel (x0, y0). */
 struct spot {
+	uint32_t parent; /* itself, or the older spot that it grew into */
 	uint32_t first_run, last_run;
 	int x0, x1, y0, y1; /* half open */
 	int level;          /* highest threshold of its runs */
-	int area_px2, peak, saturated_count;
-	int64_t sum, sum_x, sum_y; /* about pixel (0,0) */
+	int area_px2;       /* 0: taken apart or thrown away */
+	int peak;
 	bool merged;
+	float area_xx, area_xy, area_yy; /* second central moments of the area, px2 */
+	int64_t w, wx, wy;
+	struct area_sums area;
 };
 
 struct run_table {
 	uint32_t run_count, runs_lost;
 	uint32_t spot_count, spots_lost;
+	int row_y;          /* of the last run joined */
+	uint32_t row_first; /* its row's first run */
+	uint32_t above;     /* runs of the row above before this one lie to the left */
 	struct run runs[RUN_MAX];
 	struct spot spots[SPOT_MAX];
 };
 
-/* Adds the runs of one row; rows come from top to bottom. */
-void run_table_add_row(struct run_table *table, int y, const struct bright_group *groups,
-		       int group_count, const uint8_t *cells);
+/* Starts a set of spots that touches no earlier one. */
+void run_table_start(struct run_table *table);
 
-/* Joins runs [first, run_count), in raster order, where they touch (8 neighbours), appends a spot
- * for each connected set and sums up. */
-void run_table_join(struct run_table *table, uint32_t first, const struct grey_image *image);
+/* Adds the runs of pixels [x, x + GROUP_PX) of row y and joins them to what they touch (8
+ * neighbours); in raster order. `level` is of pixel x on. */
+void run_table_add(struct run_table *table, int y, int x, uint64_t mask, const uint8_t *level);
 
-/* What is known of one spot's surroundings when its centroid is sought. */
+uint32_t spot_root(struct run_table *table, uint32_t spot);
+
+/* Fills the sums of a spot whose runs, box and level are set. */
+void spot_sum(struct spot *spot, const struct run *runs, const struct grey_image *image);
+
+/* What the centroids of one image are sought in. */
 struct spot_scene {
 	const struct grey_image *image;
 	const struct level_map *map;
 	const struct blob_settings *settings;
-	float clear_px; /* radius around the spot's middle that no other spot reaches */
+	const struct run *runs;
 };
 
-/* Returns false when the spot is a hot pixel or noise. Sets all of `out`. */
-bool spot_measure(const struct spot *spot, const struct run *runs, const struct spot_scene *scene,
-		  struct blob *out);
+/* Pixels [x0, x1) by [y0, y1), all inside the image; x1 - x0 is a multiple of 4. */
+struct window {
+	int x0, x1, y0, y1;
+};
+
+/* The centroid is the zero of sum(d w(u) S), where d = (x, y) - centre, S = I - background and
+ * u = d' q d is the squared distance, 1 where the window ends. With w Gaussian this is SExtractor's
+ * windowed position (Bertin & Arnouts); the others give the edge of a flat disc, where its position
+ * is written, the weight it deserves. All end smoothly: the factor e is (1 - u2)^2. */
+enum kernel_profile {
+	PROFILE_HILL,      /* w = e */
+	PROFILE_MESA,      /* w = (1 + 4 u) e */
+	PROFILE_RING,      /* w = u e */
+	PROFILE_THIN_RING, /* w = u2 e */
+};
+
+struct kernel {
+	float qxx, qxy, qyy;
+	enum kernel_profile profile;
+	float noise_variance; /* of a dark pixel, grey values squared */
+	float electrons_per_grey;
+};
+
+/* A centroid on its way. */
+struct fit {
+	bool windowed;  /* the kernel is of use */
+	float clear_px; /* around the spot's middle */
+	float surround; /* grey value that a spot must stand out of, on its brightest side */
+	float contrast; /* of opposite sides, grey values, where the map was too coarse */
+	float tilt_px;  /* what a rim or a merged neighbour may pull the centroid by */
+	float x_px, y_px, variance;
+	float dx, dy;            /* the last step */
+	struct plane background; /* around (x, y) */
+	struct kernel kernel;
+	struct window window;
+};
+
+/* The window of at least these half widths around (x, y). Returns false when it reaches beyond the
+ * image. */
+bool window_around(const struct grey_image *image, float x_px, float y_px, float half_x_px,
+		   float half_y_px, struct window *out);
+
+/* One Newton step: moves (x, y), sets the step and the variance. Returns false, and leaves all as
+ * it was, when the window holds nothing that has a centroid. */
+bool window_newton(const struct grey_image *image, struct fit *fit);
+
+/* The background from the four sides of a ring around the spot, as a plane around its middle, and
+ * the brightest side, and the contrast between opposite sides. Returns false where the image ends.
+ */
+bool ring_background(const struct grey_image *image, const struct spot *spot, struct plane *out,
+		     float *brightest, float *contrast);
+
+/* The steps to a blob. `clear_px` is the radius around the spot's middle that no other spot
+ * reaches. spot_finish returns false when the spot is a hot pixel, a lamp or noise; else it sets
+ * all of `out`. */
+void spot_prepare(const struct spot *spot, const struct spot_scene *scene, float clear_px,
+		  struct fit *out);
+void spot_step(const struct spot_scene *scene, struct fit *fit);
+bool spot_finish(const struct spot *spot, const struct spot_scene *scene, struct fit *fit,
+		 struct blob *out);
+
+/* Whether a summed spot may be several, or the edge of a glow. */
+bool spot_is_suspect(const struct spot *spot);
+
+/* Replaces spot s by what stands out of it, appended to the table and summed; or throws it away
+ * when it is large and dim and nothing does. Leaves it when it is one spot after all. Returns
+ * whether the spot is still there. */
+bool spot_split(struct run_table *table, uint32_t s, const struct spot_scene *scene);
+
+/* Measures spots one after another, in steps of about a tenth of a microsecond, so that the work
+ * can be spread between the rows of the scan. */
+struct measurer {
+	struct spot_scene scene;
+	struct run_table *table;
+	struct blob_set *set;
+	uint32_t next;  /* spot to look at */
+	uint32_t first; /* of the spots that were found last: it may have neighbours from here on */
+	int step;       /* of the current spot; 0: none */
+	uint32_t current;
+	int wait_row; /* nothing to do before this one is read */
+	struct fit fit;
+	uint32_t suspect_count;
+	uint32_t suspects[SPOT_MAX];
+	int top_px[BLOB_MAX], left_px[BLOB_MAX]; /* of each blob, to sort by */
+};
+
+void measurer_start(struct measurer *measurer, const struct spot_scene *scene,
+		    struct run_table *table, struct blob_set *set);
+
+/* Takes one step. The image has been read down to row `row_read`, and the runs joined down to
+ * MEASURE_LAG_ROWS above it. Returns false when there is nothing to do yet. */
+bool measurer_step(struct measurer *measurer, int row_read);
+
+/* Measures what is left, suspects last, and sorts the blobs. */
+void measurer_end(struct measurer *measurer);

@@ -1,11 +1,11 @@
 /*
  * The inner loops of the centroid, four pixels at a time.
  */
-#include "track/blobs_window.h"
-
 #include <math.h>
 #include <simde/x86/sse2.h>
 #include <string.h>
+
+#include "track/blobs_parts.h"
 
 typedef simde__m128 float4;
 
@@ -61,137 +61,136 @@ bool window_around(const struct grey_image *image, float x_px, float y_px, float
 	       out->y1 <= image->height_px;
 }
 
-/* Sums of one row and of all of them, of a quantity q: q, q x, q x2 and with the powers of y. */
+/* Sums over the window: w S, its first moments, and what slope and noise need. */
 struct sums {
-	float4 q, x, y, xx, xy, yy;
+	float4 value, x, y, slope, noise;
 };
 
-static void sums_add_row(struct sums *sums, float4 q, float4 qx, float4 qxx, float4 dy)
+/* w(u) before the factor e, and its slope; folded away where the profile is a constant. */
+static inline float4 profile_value(enum kernel_profile profile, float4 u, float4 u2)
 {
-	float4 qy = mul(q, dy);
-
-	sums->q = add(sums->q, q);
-	sums->x = add(sums->x, qx);
-	sums->y = add(sums->y, qy);
-	sums->xx = add(sums->xx, qxx);
-	sums->xy = add(sums->xy, mul(qx, dy));
-	sums->yy = add(sums->yy, mul(qy, dy));
-}
-
-bool window_moments(const struct grey_image *image, const struct window *window,
-		    const struct plane *background, float x_px, float y_px, struct shape *out)
-{
-	float4 first = sub(simde_mm_setr_ps(0, 1, 2, 3), all(x_px - (float)window->x0));
-	struct sums sums;
-	float flux, mean_x, mean_y;
-
-	memset(&sums, 0, sizeof(sums));
-	for (int y = window->y0; y < window->y1; y++) {
-		const uint8_t *row = row_at(image, y);
-		float dy = (float)y - y_px;
-		float4 base = all(background->value + background->slope_y * dy), dx = first;
-		float4 q = all(0), qx = all(0), qxx = all(0);
-
-		for (int x = window->x0; x < window->x1; x += 4) {
-			float4 s =
-				sub(sub(pixels4(row + x), base), mul(all(background->slope_x), dx));
-			float4 sx = mul(s, dx);
-
-			q = add(q, s);
-			qx = add(qx, sx);
-			qxx = add(qxx, mul(sx, dx));
-			dx = add(dx, all(4));
-		}
-		sums_add_row(&sums, q, qx, qxx, all(dy));
+	switch (profile) {
+	case PROFILE_HILL:
+		return all(1);
+	case PROFILE_MESA:
+		return add(all(1), mul(all(4), u));
+	case PROFILE_RING:
+		return u;
+	default:
+		return u2;
 	}
-	flux = total(sums.q);
-	if (!(flux > 0))
-		return false;
-	mean_x = total(sums.x) / flux;
-	mean_y = total(sums.y) / flux;
-	*out = (struct shape){flux, total(sums.xx) / flux - mean_x * mean_x,
-			      total(sums.xy) / flux - mean_x * mean_y,
-			      total(sums.yy) / flux - mean_y * mean_y};
-	return true;
 }
 
-/* The three weighted quantities of four pixels: w S, w' S and w2 variance. */
-struct weighted {
-	float4 value, slope, noise;
-};
-
-static struct weighted weigh(const struct kernel *k, float4 s, float4 u)
+/* u times its slope. */
+static inline float4 profile_slope(enum kernel_profile profile, float4 u, float4 u2)
 {
-	float4 zero = all(0);
-	float4 t = simde_mm_max_ps(sub(all(1), mul(mul(u, u), all(1 / 16.0f))), zero);
-	float4 ring = add(all(k->ring[0]), mul(u, add(all(k->ring[1]), mul(u, all(k->ring[2])))));
-	float4 ring_slope = add(all(k->ring[1]), mul(u, all(2 * k->ring[2])));
-	float4 ring_t = mul(ring, t), w = mul(ring_t, t);
-	float4 w_slope = mul(t, sub(mul(ring_slope, t), mul(mul(ring, u), all(0.25f))));
-	float4 variance = add(all(k->noise_variance),
-			      mul(simde_mm_max_ps(s, zero), all(1 / k->electrons_per_grey)));
-
-	return (struct weighted){mul(w, s), mul(w_slope, s), mul(mul(w, w), variance)};
+	switch (profile) {
+	case PROFILE_HILL:
+		return all(0);
+	case PROFILE_MESA:
+		return mul(all(4), u);
+	case PROFILE_RING:
+		return u;
+	default:
+		return add(u2, u2);
+	}
 }
 
-/* Solves slope * step = value for the centre; slope and noise are the sums over the window. */
-static bool solve_step(const struct kernel *k, const struct sums *value, const struct sums *slope,
-		       const struct sums *noise, struct newton_step *out)
+/* Integral of w2 u over u, from 0 to 1. */
+static float profile_noise(enum kernel_profile profile)
 {
-	float fx = total(value->x), fy = total(value->y), f = total(value->q);
-	float a = total(slope->xx), b = total(slope->xy), c = total(slope->yy);
-	float mxx = f + 2 * (k->qxx * a + k->qxy * b), mxy = 2 * (k->qxy * a + k->qyy * b);
-	float myx = 2 * (k->qxx * b + k->qxy * c), myy = f + 2 * (k->qxy * b + k->qyy * c);
-	float det = mxx * myy - mxy * myx;
-	float vxx = total(noise->xx), vxy = total(noise->xy), vyy = total(noise->yy);
+	static const float integral[] = {0.1f, 0.662193f, 0.0166667f, 0.00476190f};
 
-	if (!(mxx > 0) || !(det > 1e-6f))
-		return false;
-	out->dx = (myy * fx - mxy * fy) / det;
-	out->dy = (mxx * fy - myx * fx) / det;
-	out->variance = (myy * myy * vxx - 2 * myy * mxy * vxy + mxy * mxy * vyy + myx * myx * vxx -
-			 2 * myx * mxx * vxy + mxx * mxx * vyy) /
-			(2 * det * det);
-	return true;
+	return integral[profile];
 }
 
-bool window_newton(const struct grey_image *image, const struct window *window,
-		   const struct plane *background, const struct kernel *k, float x_px, float y_px,
-		   struct newton_step *out)
+/* Adds four pixels of signal s at squared distance u; returns w s. */
+static inline float4 add_pixels(struct sums *sums, enum kernel_profile profile, float4 s, float4 u,
+				float4 dx)
 {
+	float4 u2 = mul(u, u), t = simde_mm_max_ps(sub(all(1), u2), all(0));
+	float4 value = profile_value(profile, u, u2), st = mul(s, t);
+	float4 wt = mul(value, t), ws = mul(wt, st);
+	float4 fall = sub(mul(profile_slope(profile, u, u2), t), mul(mul(value, all(4)), u2));
+
+	sums->x = add(sums->x, mul(ws, dx));
+	sums->slope = add(sums->slope, mul(fall, st));
+	sums->noise = add(sums->noise, mul(mul(wt, t), mul(ws, u)));
+	return ws;
+}
+
+static inline __attribute__((always_inline)) void add_window(struct sums *out,
+							     const struct grey_image *image,
+							     const struct fit *fit,
+							     enum kernel_profile profile)
+{
+	const struct window *window = &fit->window;
+	const struct plane *background = &fit->background;
+	const struct kernel *k = &fit->kernel;
+	float x_px = fit->x_px, y_px = fit->y_px;
 	float4 first = sub(simde_mm_setr_ps(0, 1, 2, 3), all(x_px - (float)window->x0));
-	struct sums value, slope, noise;
+	struct sums sums = {all(0), all(0), all(0), all(0), all(0)};
+	float4 slope_x = all(background->slope_x), qxx = all(k->qxx);
 
-	memset(&value, 0, sizeof(value));
-	memset(&slope, 0, sizeof(slope));
-	memset(&noise, 0, sizeof(noise));
 	for (int y = window->y0; y < window->y1; y++) {
 		const uint8_t *row = row_at(image, y);
 		float dy = (float)y - y_px;
 		float4 base = all(background->value + background->slope_y * dy), dx = first;
 		float4 across = all(2 * k->qxy * dy), along = all(k->qyy * dy * dy);
-		struct weighted q = {all(0), all(0), all(0)}, qx = q, qxx = q;
+		float4 row_value = all(0);
 
 		for (int x = window->x0; x < window->x1; x += 4) {
-			float4 s =
-				sub(sub(pixels4(row + x), base), mul(all(background->slope_x), dx));
-			float4 u = add(along, mul(dx, add(across, mul(all(k->qxx), dx))));
-			struct weighted w = weigh(k, s, u);
-			struct weighted wx = {mul(w.value, dx), mul(w.slope, dx), mul(w.noise, dx)};
+			float4 s = sub(sub(pixels4(row + x), base), mul(slope_x, dx));
+			float4 u = add(along, mul(dx, add(across, mul(qxx, dx))));
 
-			q.value = add(q.value, w.value);
-			q.slope = add(q.slope, w.slope);
-			q.noise = add(q.noise, w.noise);
-			qx.value = add(qx.value, wx.value);
-			qx.slope = add(qx.slope, wx.slope);
-			qx.noise = add(qx.noise, wx.noise);
-			qxx.slope = add(qxx.slope, mul(wx.slope, dx));
-			qxx.noise = add(qxx.noise, mul(wx.noise, dx));
+			row_value = add(row_value, add_pixels(&sums, profile, s, u, dx));
 			dx = add(dx, all(4));
 		}
-		sums_add_row(&value, q.value, qx.value, qxx.value, all(dy));
-		sums_add_row(&slope, q.slope, qx.slope, qxx.slope, all(dy));
-		sums_add_row(&noise, q.noise, qx.noise, qxx.noise, all(dy));
+		sums.value = add(sums.value, row_value);
+		sums.y = add(sums.y, mul(row_value, all(dy)));
 	}
-	return solve_step(k, &value, &slope, &noise, out);
+	*out = sums;
+}
+
+/* The slope of the moment by the centre is nearly the same in all directions once distances are
+ * measured by u, and so is the noise: one number stands for each matrix. */
+static bool solve_step(const struct sums *sums, struct fit *fit)
+{
+	const struct kernel *k = &fit->kernel;
+	float slope = total(sums->value) + total(sums->slope);
+	float det = k->qxx * k->qyy - k->qxy * k->qxy, spread = (k->qxx + k->qyy) / (2 * det);
+	float dark = k->noise_variance * 3.14159f * profile_noise(k->profile) / sqrtf(det);
+	float light = total(sums->noise) / k->electrons_per_grey;
+
+	if (!(slope > 0))
+		return false;
+	fit->dx = total(sums->x) / slope;
+	fit->dy = total(sums->y) / slope;
+	fit->x_px += fit->dx;
+	fit->y_px += fit->dy;
+	fit->background.value +=
+		fit->dx * fit->background.slope_x + fit->dy * fit->background.slope_y;
+	fit->variance = spread * 0.5f * (dark + (light > 0 ? light : 0)) / (slope * slope);
+	return true;
+}
+
+bool window_newton(const struct grey_image *image, struct fit *fit)
+{
+	struct sums sums;
+
+	switch (fit->kernel.profile) {
+	case PROFILE_HILL:
+		add_window(&sums, image, fit, PROFILE_HILL);
+		break;
+	case PROFILE_MESA:
+		add_window(&sums, image, fit, PROFILE_MESA);
+		break;
+	case PROFILE_RING:
+		add_window(&sums, image, fit, PROFILE_RING);
+		break;
+	default:
+		add_window(&sums, image, fit, PROFILE_THIN_RING);
+		break;
+	}
+	return solve_step(&sums, fit);
 }

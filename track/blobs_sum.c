@@ -1,0 +1,125 @@
+/*
+ * The sums of a spot over its own pixels: integers, whatever the order.
+ */
+#include <simde/x86/sse2.h>
+
+#include "track/blobs_parts.h"
+
+#define CHUNK_PX 16
+#define SMALL_PX 256 /* spots up to this size are summed in 16 and 32 bits */
+
+typedef simde__m128i vec;
+
+/* Sums over the weights of a small spot; each lane adds up a share. */
+struct weight_sums {
+	vec w, wx, wy, peak;
+};
+
+static const uint8_t *pixel_at(const struct grey_image *image, int x, int y)
+{
+	return image->pixels + (ptrdiff_t)y * image->stride_bytes + x;
+}
+
+/* The first `count` (1 to CHUNK_PX) pixels at (x, y); the rest is zero. */
+static vec load_chunk(const struct grey_image *image, int x, int y, int count)
+{
+	static const uint8_t keep[2 * CHUNK_PX] = {255, 255, 255, 255, 255, 255, 255, 255,
+						   255, 255, 255, 255, 255, 255, 255, 255};
+	const uint8_t *p = pixel_at(image, x, y);
+	vec mask = simde_mm_loadu_si128((const vec *)(keep + CHUNK_PX - count));
+	uint8_t spare[CHUNK_PX] = {0};
+
+	if (x + CHUNK_PX > image->width_px) {
+		for (int i = 0; i < count; i++)
+			spare[i] = p[i];
+		p = spare;
+	}
+	return simde_mm_and_si128(simde_mm_loadu_si128((const vec *)p), mask);
+}
+
+static void add_chunk(struct weight_sums *sums, vec w, int dx, int dy)
+{
+	vec zero = simde_mm_setzero_si128(), row = simde_mm_sad_epu8(w, zero);
+	vec x = simde_mm_add_epi16(simde_mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7),
+				   simde_mm_set1_epi16((short)dx));
+	vec left = simde_mm_madd_epi16(simde_mm_unpacklo_epi8(w, zero), x);
+	vec right = simde_mm_madd_epi16(simde_mm_unpackhi_epi8(w, zero),
+					simde_mm_add_epi16(x, simde_mm_set1_epi16(8)));
+
+	sums->w = simde_mm_add_epi32(sums->w, row);
+	sums->wx = simde_mm_add_epi32(sums->wx, simde_mm_add_epi32(left, right));
+	sums->wy = simde_mm_add_epi32(sums->wy,
+				      simde_mm_madd_epi16(row, simde_mm_set1_epi16((short)dy)));
+}
+
+static int total(vec v)
+{
+	v = simde_mm_add_epi32(v, simde_mm_srli_si128(v, 8));
+	return simde_mm_cvtsi128_si32(simde_mm_add_epi32(v, simde_mm_srli_si128(v, 4)));
+}
+
+static int greatest(vec v)
+{
+	v = simde_mm_max_epu8(v, simde_mm_srli_si128(v, 8));
+	v = simde_mm_max_epu8(v, simde_mm_srli_si128(v, 4));
+	v = simde_mm_max_epu8(v, simde_mm_srli_si128(v, 2));
+	v = simde_mm_max_epu8(v, simde_mm_srli_si128(v, 1));
+	return simde_mm_cvtsi128_si32(v) & 255;
+}
+
+static void sum_weights_small(struct spot *spot, const struct run *runs,
+			      const struct grey_image *image)
+{
+	vec zero = simde_mm_setzero_si128(), level = simde_mm_set1_epi8((char)spot->level);
+	struct weight_sums sums = {zero, zero, zero, zero};
+
+	for (uint32_t r = spot->first_run; r != RUN_NONE; r = runs[r].next)
+		for (int x = runs[r].x0; x < runs[r].x1; x += CHUNK_PX) {
+			int count = runs[r].x1 - x < CHUNK_PX ? runs[r].x1 - x : CHUNK_PX;
+			vec v = load_chunk(image, x, runs[r].y, count);
+
+			sums.peak = simde_mm_max_epu8(sums.peak, v);
+			add_chunk(&sums, simde_mm_subs_epu8(v, level), x - spot->x0,
+				  runs[r].y - spot->y0);
+		}
+	spot->w = total(sums.w);
+	spot->wx = total(sums.wx);
+	spot->wy = total(sums.wy);
+	spot->peak = greatest(sums.peak);
+}
+
+static void sum_weights_large(struct spot *spot, const struct run *runs,
+			      const struct grey_image *image)
+{
+	for (uint32_t r = spot->first_run; r != RUN_NONE; r = runs[r].next)
+		for (int x = runs[r].x0; x < runs[r].x1; x++) {
+			int value = *pixel_at(image, x, runs[r].y);
+			int64_t w = value > spot->level ? value - spot->level : 0;
+
+			spot->peak = value > spot->peak ? value : spot->peak;
+			spot->w += w;
+			spot->wx += w * (x - spot->x0);
+			spot->wy += w * (runs[r].y - spot->y0);
+		}
+}
+
+/* Second moments of the pixels' areas, not of their middles: a run of n around m has
+ * n m2 + n3 / 12 in x. */
+static void find_area_moments(struct spot *spot)
+{
+	const struct area_sums *sums = &spot->area;
+	double n = spot->area_px2, x = 0.5 * (double)sums->x / n, y = (double)sums->y / n;
+
+	spot->area_xx = (float)((0.25 * (double)sums->xx + (double)sums->cubes / 12) / n - x * x);
+	spot->area_xy = (float)(0.5 * (double)sums->xy / n - x * y);
+	spot->area_yy = (float)((double)sums->yy / n - y * y + 1 / 12.0);
+}
+
+void spot_sum(struct spot *spot, const struct run *runs, const struct grey_image *image)
+{
+	if (spot->x1 - spot->x0 <= SMALL_PX && spot->y1 - spot->y0 <= SMALL_PX)
+		sum_weights_small(spot, runs, image);
+	else
+		sum_weights_large(spot, runs, image);
+	find_area_moments(spot);
+}
