@@ -54,7 +54,8 @@ int snapshot_write_png(const struct snapshot *snapshot, const char *path)
 	png_image image = {.version = PNG_IMAGE_VERSION,
 			   .width = (png_uint_32)snapshot->width_px,
 			   .height = (png_uint_32)snapshot->height_px,
-			   .format = PNG_FORMAT_RGB};
+			   .format = PNG_FORMAT_RGB,
+			   .flags = PNG_IMAGE_FLAG_FAST};
 	uint8_t *rgb = to_rgb(snapshot);
 
 	if (!rgb)

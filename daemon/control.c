@@ -89,16 +89,17 @@ static bool client_send(struct control_client *client)
 	return true;
 }
 
-/* Takes the reply over. False when the client is gone. */
-static bool client_reply(struct control_client *client, json_t *reply)
+/* Takes the text over. False when the client is gone. */
+static bool client_reply_text(struct control_client *client, char *text)
 {
 	bool oneway = client->oneway;
 
 	client->oneway = false;
 	client->progress_ns = clock_real_now_ns();
-	if (!oneway)
-		client->out = json_dumps(reply, JSON_COMPACT);
-	json_decref(reply);
+	if (oneway)
+		free(text);
+	else
+		client->out = text;
 	if (oneway)
 		return true;
 	if (!client->out) {
@@ -108,6 +109,15 @@ static bool client_reply(struct control_client *client, json_t *reply)
 	client->out_bytes = strlen(client->out) + 1;
 	client->out_sent = 0;
 	return client_send(client);
+}
+
+/* Takes the reply over. False when the client is gone. */
+static bool client_reply(struct control_client *client, json_t *reply)
+{
+	char *text = json_dumps(reply, JSON_COMPACT);
+
+	json_decref(reply);
+	return client_reply_text(client, text);
 }
 
 /* One request, in[0 .. size_bytes). False when the client is gone. */
@@ -282,10 +292,10 @@ void control_set_server(struct control *control, const struct server *server)
 
 static void answer_preview(struct control_client *client, bool ready)
 {
-	json_t *reply = preview_reply(client->control->context.station, client->wait.camera, ready);
+	char *reply = preview_reply(client->control->context.station, client->wait.camera, ready);
 
 	client->wait = (struct wait){0};
-	if (client_reply(client, reply))
+	if (client_reply_text(client, reply))
 		client_work(client);
 }
 

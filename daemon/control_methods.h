@@ -53,8 +53,9 @@ struct capture *find_camera(struct station *station, const char *name, int *inde
 json_t *wrong_state(const struct call *call);
 json_t *failed_reply(enum exit_code code, const struct diag *diag);
 
-/* `ready`: the camera's preview slot holds an image; else the reply says that none came. */
-json_t *preview_reply(struct station *station, int camera, bool ready);
+/* The reply as text, the caller's; NULL without memory. `ready`: the camera's preview slot, or its
+ * pool, holds an image; else the reply says that none came. */
+char *preview_reply(struct station *station, int camera, bool ready);
 
 /* To ReloadRig, when `state` is DONE or FAILED. */
 json_t *rig_reply(const struct station *station, enum rig_swap_state state);

@@ -26,6 +26,13 @@ json_t *no_such_camera(const struct station *station, const char *name)
 			     json_pack("{s:s, s:o}", "camera", name, "cameras", known));
 }
 
+static json_t *no_frame(const struct capture *capture)
+{
+	return varlink_error("org.stage.Control.NoFrame",
+			     json_pack("{s:s, s:s}", "camera", capture->name, "state",
+				       capture_state_name(atomic_load(&capture->state))));
+}
+
 json_t *control_preview(struct call *call)
 {
 	const char *name = json_string_value(json_object_get(call->parameters, "camera"));
@@ -38,20 +45,23 @@ json_t *control_preview(struct call *call)
 	if (!capture)
 		return no_such_camera(station, name);
 	if (atomic_load(&capture->state) != CAPTURE_RUNNING)
-		return preview_reply(station, index, false);
+		return no_frame(capture);
 	capture_request_preview(capture);
 	*call->wait = (struct wait){WAIT_PREVIEW, index};
 	return NULL;
 }
 
-static char *base64(const uint8_t *bytes, size_t size_bytes)
+static size_t base64_length(size_t size_bytes)
+{
+	return (size_bytes + 2) / 3 * 4;
+}
+
+static void base64_write(char *out, const uint8_t *bytes, size_t size_bytes)
 {
 	static const char digits[] =
 		"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-	char *text = malloc((size_bytes + 2) / 3 * 4 + 1);
-	char *out = text;
 
-	for (size_t i = 0; text && i < size_bytes; i += 3) {
+	for (size_t i = 0; i < size_bytes; i += 3) {
 		size_t left = size_bytes - i;
 		uint32_t three = (uint32_t)bytes[i] << 16 |
 				 (left > 1 ? (uint32_t)bytes[i + 1] << 8 : 0) |
@@ -62,9 +72,6 @@ static char *base64(const uint8_t *bytes, size_t size_bytes)
 		*out++ = left > 1 ? digits[three >> 6 & 63] : '=';
 		*out++ = left > 2 ? digits[three & 63] : '=';
 	}
-	if (text)
-		*out = '\0';
-	return text;
 }
 
 static json_t *blobs_json(const struct blob_set *set)
@@ -86,60 +93,86 @@ static json_t *blobs_json(const struct blob_set *set)
 	return blobs;
 }
 
-static json_t *image_json(const char *camera, const uint8_t *bytes, size_t size_bytes, int width_px,
-			  int height_px, enum pixel_format format, int64_t mid_exposure_ns,
-			  json_t *blobs)
+/* An image's place in memory; what is to say of it besides is in a reply. */
+struct image_bytes {
+	const uint8_t *bytes;
+	size_t size_bytes;
+};
+
+#define NO_PIXELS "\"pixels\":\"\""
+
+/* The reply as text, with the image put into its empty `pixels`: a JSON library would look at every
+ * one of millions of characters while the stream waits. Takes the reply over. NULL without memory.
+ */
+static char *text_with_pixels(json_t *reply, struct image_bytes image)
+{
+	char *text = json_dumps(reply, JSON_COMPACT);
+	char *at = text ? strstr(text, NO_PIXELS) : NULL;
+	size_t length = base64_length(image.size_bytes);
+
+	json_decref(reply);
+	if (!at)
+		return text;
+	at += strlen(NO_PIXELS) - 1; /* before the closing quote */
+	size_t head = (size_t)(at - text), tail = strlen(at) + 1;
+	char *whole = malloc(head + length + tail);
+	if (whole) {
+		memcpy(whole, text, head);
+		base64_write(whole + head, image.bytes, image.size_bytes);
+		memcpy(whole + head + length, at, tail);
+	}
+	free(text);
+	return whole;
+}
+
+static json_t *image_json(const char *camera, int width_px, int height_px, enum pixel_format format,
+			  int64_t mid_exposure_ns, json_t *blobs)
 {
 	static const char *const formats[] = {
 		[PIXEL_GREY8] = "grey", [PIXEL_RGB8] = "rgb", [PIXEL_BAYER_RG8] = "bayer_rg"};
-	char *pixels = base64(bytes, size_bytes);
-	json_t *image = json_pack("{s:s, s:i, s:i, s:s, s:I, s:s, s:o}", "camera", camera,
-				  "width_px", width_px, "height_px", height_px, "format",
-				  formats[format], "mid_exposure_ns", (json_int_t)mid_exposure_ns,
-				  "pixels", pixels ? pixels : "", "blobs", blobs);
 
-	free(pixels);
-	return image;
+	return json_pack("{s:s, s:i, s:i, s:s, s:I, s:s, s:o}", "camera", camera, "width_px",
+			 width_px, "height_px", height_px, "format", formats[format],
+			 "mid_exposure_ns", (json_int_t)mid_exposure_ns, "pixels", "", "blobs",
+			 blobs);
 }
 
-static json_t *ir_image_json(const struct capture *capture)
+static char *ir_reply(const struct capture *capture)
 {
 	const struct preview *image = &capture->preview;
+	json_t *json = image_json(capture->name, image->width_px, image->height_px, image->format,
+				  image->set.mid_exposure_ns, blobs_json(&image->set));
 
-	return image_json(capture->name, image->pixels, image->size_bytes, image->width_px,
-			  image->height_px, image->format, image->set.mid_exposure_ns,
-			  blobs_json(&image->set));
+	return text_with_pixels(varlink_result(json),
+				(struct image_bytes){image->pixels, image->size_bytes});
 }
 
-/* The newest frame in the pool; NULL in the rare case that it was overwritten just now. */
-static json_t *hd_image_json(struct capture *capture)
+/* Of the newest frame in the pool; NULL in the rare case that it was overwritten just now. */
+static char *hd_reply(struct capture *capture)
 {
 	struct hd_pool *pool = &capture->hd.pool;
 	const struct hd_frame *frame = hd_pool_hold(pool, hd_pool_newest(pool));
 
 	if (!frame)
 		return NULL;
-	json_t *image =
-		image_json(capture->name, frame->pixels, frame->size_bytes, frame->width_px,
-			   frame->height_px, frame->format, frame->mid_exposure_ns, json_array());
+	json_t *json = image_json(capture->name, frame->width_px, frame->height_px, frame->format,
+				  frame->mid_exposure_ns, json_array());
 	uint64_t shot = atomic_load(&frame->shot);
 
 	if (shot != SHOT_UNKNOWN)
-		json_object_set_new(image, "shot", json_integer((json_int_t)shot));
+		json_object_set_new(json, "shot", json_integer((json_int_t)shot));
+	char *text = text_with_pixels(varlink_result(json),
+				      (struct image_bytes){frame->pixels, frame->size_bytes});
 	hd_pool_release(frame);
-	return image;
+	return text;
 }
 
-json_t *preview_reply(struct station *station, int camera, bool ready)
+char *preview_reply(struct station *station, int camera, bool ready)
 {
 	struct capture *capture = &station->captures[camera];
-	json_t *image = NULL;
+	char *text = NULL;
 
 	if (ready)
-		image = capture->role == ROLE_IR ? ir_image_json(capture) : hd_image_json(capture);
-	if (image)
-		return varlink_result(image);
-	return varlink_error("org.stage.Control.NoFrame",
-			     json_pack("{s:s, s:s}", "camera", capture->name, "state",
-				       capture_state_name(atomic_load(&capture->state))));
+		text = capture->role == ROLE_IR ? ir_reply(capture) : hd_reply(capture);
+	return text ? text : text_with_pixels(no_frame(capture), (struct image_bytes){NULL, 0});
 }
