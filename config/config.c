@@ -101,11 +101,17 @@ static const struct yaml_key tracking_keys[] = {
 
 static const char *const sim_clocks[] = {"real", "virtual", "stepped", NULL};
 
+static void read_faults(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	sim_faults_read(yaml, value, &((struct config *)target)->sim_faults);
+}
+
 static const struct yaml_key sim_keys[] = {
 	{"scene", YAML_TEXT, AT(sim_scene), .size = PATH_MAX},
 	{"seed", YAML_UINT64, .offset = AT(sim_seed)},
 	{"epoch_ns", YAML_INT64, .offset = AT(sim_epoch_ns)},
 	{"clock", YAML_CHOICE, AT(sim_clock), .choices = sim_clocks},
+	{"faults", YAML_CUSTOM, .read = read_faults},
 	{0},
 };
 
@@ -361,6 +367,7 @@ static void read_config(struct yaml *yaml, struct reading *reading)
 	yaml_read_mapping(yaml, &root, keys, reading, places);
 	check_clock(yaml, config);
 	finish_plan(yaml, reading, places, root.place);
+	sim_faults_finish(yaml, &config->sim_faults, config->cameras, config->camera_count);
 	resolve(yaml, config, config->rig_dir, places[KEY_RIG], "rig", PATH_MAX - NAME_BYTES - 16);
 	resolve(yaml, config, config->layout_path, places[KEY_LAYOUT], "layout", PATH_MAX - 1);
 	resolve(yaml, config, config->socket_dir, places[KEY_SOCKET_DIR], "socket_dir",

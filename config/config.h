@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "base/diag.h"
+#include "config/sim_faults.h"
 #include "drivers/camera.h"
 #include "drivers/trigger.h"
 #include "track/blobs.h"
@@ -48,6 +49,7 @@ struct config {
 	int64_t sim_epoch_ns; /* scene time 0 on the station's clock; 0 = when the daemon starts */
 	enum sim_clock sim_clock;
 	int sim_clock_line, sim_clock_column; /* for messages */
+	struct sim_faults sim_faults;
 };
 
 /* Reads and checks the file alone (not what it names). Every error is one message

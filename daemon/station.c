@@ -95,6 +95,8 @@ static int open_world(struct station *station, struct diag *diag)
 		return 0;
 	int err = sim_world_open(&options, config->sim_epoch_ns, diag);
 	station->world_open = !err;
+	if (!err)
+		sim_world_set_faults(&config->sim_faults);
 	return err;
 }
 

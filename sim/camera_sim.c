@@ -28,8 +28,11 @@ struct sim_device {
 	int64_t period_ns, half_exposure_ns;
 	struct sim_renderer *renderer;       /* owned; NULL for HD */
 	struct sim_hd_renderer *hd_renderer; /* owned; NULL for IR */
+	uint8_t *black;                      /* owned; of a frame without light */
 	/* owned by the capture thread */
 	uint64_t next_frame;
+	uint64_t uncounted; /* frames until now that its counter leaves out */
+	bool repeats;       /* next_frame was handed over already */
 };
 
 static struct sim_device *device_of(struct camera *camera)
@@ -54,6 +57,17 @@ static int64_t mid_exposure_ns(const struct sim_device *device, uint64_t frame)
 static int64_t ready_ns(const struct sim_device *device, uint64_t frame)
 {
 	return mid_exposure_ns(device, frame) + device->half_exposure_ns + SIM_READOUT_NS;
+}
+
+static sim_fault_mask faults_at(const struct sim_device *device, int64_t time_ns)
+{
+	return sim_faults_of(sim_world_faults(), device->camera->name,
+			     time_ns - sim_world_epoch_ns(), device->period_ns);
+}
+
+static bool is_unplugged(const struct sim_device *device)
+{
+	return faults_at(device, clock_now_ns()) & SIM_FAULT_BIT(SIM_FAULT_UNPLUG);
 }
 
 static int sim_list(camera_found_fn *found, void *user, struct diag *diag)
@@ -100,6 +114,16 @@ static void set_timing(struct sim_device *device, const struct sim_scene *scene)
 	device->half_exposure_ns = device->is_hd ? SIM_HD_HALF_EXPOSURE_NS : SIM_HALF_EXPOSURE_NS;
 }
 
+static void sim_close(struct camera *camera)
+{
+	if (!camera)
+		return;
+	sim_renderer_destroy(device_of(camera)->renderer);
+	sim_hd_renderer_destroy(device_of(camera)->hd_renderer);
+	free(device_of(camera)->black);
+	free(camera);
+}
+
 static int sim_open(struct camera **out, const char *rest, const char *base_dir, struct diag *diag)
 {
 	const struct sim_scene *scene = sim_world_scene();
@@ -124,21 +148,20 @@ static int sim_open(struct camera **out, const char *rest, const char *base_dir,
 		err = sim_renderer_create(&device->renderer, scene, index, SIM_NOISE_FAST);
 	if (err)
 		goto fail;
+	device->black = calloc((size_t)device->camera->width_px, (size_t)device->camera->height_px);
+	if (!device->black)
+		goto fail;
+	if (is_unplugged(device)) {
+		diag_add(diag, "sim:%s: unplugged, as sim.faults says; it will be back", rest);
+		sim_close(&device->base);
+		return -ENODEV;
+	}
 	*out = &device->base;
 	return 0;
 fail:
-	free(device);
+	sim_close(device ? &device->base : NULL);
 	diag_add(diag, "sim:%s: out of memory", rest);
 	return -ENOMEM;
-}
-
-static void sim_close(struct camera *camera)
-{
-	if (!camera)
-		return;
-	sim_renderer_destroy(device_of(camera)->renderer);
-	sim_hd_renderer_destroy(device_of(camera)->hd_renderer);
-	free(camera);
 }
 
 static int sim_configure(struct camera *camera, const struct camera_mode *wanted,
@@ -171,6 +194,11 @@ static int sim_start(struct camera *camera, struct diag *diag)
 					     ? 0
 					     : (shot - scene->hd_phase + scene->hd_divider - 1) /
 						       scene->hd_divider;
+	device->repeats = false;
+	device->uncounted = 0;
+	if (sim_faults_was_unplugged(sim_world_faults(), device->camera->name,
+				     clock_now_ns() - sim_world_epoch_ns()))
+		device->uncounted = device->next_frame;
 	return 0;
 }
 
@@ -189,24 +217,68 @@ static void drop_oldest(struct sim_device *device, int64_t now_ns)
 		device->next_frame += (uint64_t)(ready_count - QUEUE_FRAMES);
 }
 
-static void render(struct sim_device *device, uint64_t frame, struct frame *out)
+static const uint8_t *render(struct sim_device *device, uint64_t frame, sim_fault_mask faults)
 {
 	uint64_t shot = shot_of(device, frame);
 	int width_px, height_px;
-	const uint8_t *pixels =
-		device->is_hd ? sim_hd_render(device->hd_renderer, shot, &width_px, &height_px)
-			      : sim_render(device->renderer, shot, &width_px, &height_px);
 
-	*out = (struct frame){.pixels = pixels,
-			      .width_px = width_px,
-			      .height_px = height_px,
-			      .stride_bytes = width_px,
+	if (faults & SIM_FAULT_BIT(SIM_FAULT_DARK))
+		return device->black;
+	if (faults & SIM_FAULT_BIT(SIM_FAULT_PHASE_SLIP))
+		shot++;
+	if ((faults & SIM_FAULT_BIT(SIM_FAULT_SHIFT)) && shot > 0)
+		shot--;
+	return device->is_hd ? sim_hd_render(device->hd_renderer, shot, &width_px, &height_px)
+			     : sim_render(device->renderer, shot, &width_px, &height_px);
+}
+
+static void fill(struct sim_device *device, uint64_t frame, sim_fault_mask faults,
+		 struct frame *out)
+{
+	const sim_fault_mask late_stamp =
+		SIM_FAULT_BIT(SIM_FAULT_STAMP_SHIFT) | SIM_FAULT_BIT(SIM_FAULT_PHASE_SLIP);
+
+	*out = (struct frame){.pixels = render(device, frame, faults),
+			      .width_px = device->camera->width_px,
+			      .height_px = device->camera->height_px,
+			      .stride_bytes = device->camera->width_px,
 			      .format = device->is_hd ? PIXEL_BAYER_RG8 : PIXEL_GREY8,
 			      .shot = SHOT_UNKNOWN,
-			      .device_seq = frame,
+			      .device_seq = frame - device->uncounted,
 			      .mid_exposure_ns = mid_exposure_ns(device, frame),
 			      .uncertainty_ns = UNCERTAINTY_NS,
 			      .arrival_ns = clock_now_ns()};
+	if (faults & late_stamp)
+		out->mid_exposure_ns += sim_scene_period_ns(sim_world_scene());
+}
+
+/* Steps over the frames that faults keep back, at most to `until_ns`. */
+static void skip_kept_back(struct sim_device *device, int64_t until_ns)
+{
+	const sim_fault_mask uncounted =
+		SIM_FAULT_BIT(SIM_FAULT_MISS) | SIM_FAULT_BIT(SIM_FAULT_FREEZE);
+
+	while (!device->repeats && ready_ns(device, device->next_frame) <= until_ns) {
+		sim_fault_mask faults =
+			faults_at(device, mid_exposure_ns(device, device->next_frame));
+
+		if (!(faults & (uncounted | SIM_FAULT_BIT(SIM_FAULT_DROP))))
+			return;
+		device->uncounted += (faults & uncounted) != 0;
+		device->next_frame++;
+	}
+}
+
+/* When the next frame is handed over. */
+static int64_t due_ns(const struct sim_device *device, sim_fault_mask faults, int64_t asked_ns)
+{
+	int64_t time_ns = mid_exposure_ns(device, device->next_frame);
+	int64_t due = ready_ns(device, device->next_frame);
+
+	if (faults & SIM_FAULT_BIT(SIM_FAULT_DELAY))
+		due += sim_faults_delay_ns(sim_world_faults(), device->camera->name,
+					   time_ns - sim_world_epoch_ns());
+	return due > asked_ns ? due : asked_ns;
 }
 
 static int sim_acquire(struct camera *camera, int64_t timeout_ns, struct frame *out)
@@ -214,18 +286,23 @@ static int sim_acquire(struct camera *camera, int64_t timeout_ns, struct frame *
 	struct sim_device *device = device_of(camera);
 	int64_t asked_ns = clock_now_ns();
 
+	if (is_unplugged(device))
+		return -ENODEV;
 	drop_oldest(device, asked_ns);
+	skip_kept_back(device, asked_ns + timeout_ns);
 	uint64_t frame = device->next_frame;
-	int64_t due_ns = ready_ns(device, frame) > asked_ns ? ready_ns(device, frame) : asked_ns;
+	sim_fault_mask faults = faults_at(device, mid_exposure_ns(device, frame));
+	int64_t due = due_ns(device, faults, asked_ns);
 
-	if (due_ns - asked_ns > timeout_ns) {
+	if (due - asked_ns > timeout_ns) {
 		clock_sleep_until(asked_ns + timeout_ns);
 		return -ETIMEDOUT;
 	}
-	clock_sleep_until(due_ns);
-	device->next_frame = frame + 1;
-	render(device, frame, out);
-	if (out->arrival_ns - due_ns > LATE_NS)
+	clock_sleep_until(due);
+	device->repeats = !device->repeats && (faults & SIM_FAULT_BIT(SIM_FAULT_REPEAT));
+	device->next_frame = frame + !device->repeats;
+	fill(device, frame, faults, out);
+	if (out->arrival_ns - due > LATE_NS)
 		sim_world_count_late(device->index);
 	return 0;
 }

@@ -16,6 +16,7 @@ static struct {
 	/* set while no device is open */
 	struct sim_scene *scene; /* owned; NULL while closed */
 	int64_t epoch_ns;
+	const struct sim_faults *faults; /* borrowed; NULL: none */
 	/* atomic, any thread */
 	_Atomic uint64_t late_count[SIM_DEVICE_MAX];
 } world;
@@ -40,6 +41,17 @@ void sim_world_close(void)
 {
 	sim_scene_destroy(world.scene);
 	world.scene = NULL;
+	world.faults = NULL;
+}
+
+void sim_world_set_faults(const struct sim_faults *faults)
+{
+	world.faults = faults;
+}
+
+const struct sim_faults *sim_world_faults(void)
+{
+	return world.faults;
 }
 
 const struct sim_scene *sim_world_scene(void)

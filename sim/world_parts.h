@@ -10,6 +10,9 @@
 #define SIM_HD_HALF_EXPOSURE_NS (2 * NS_PER_MS)
 #define SIM_READOUT_NS (1000 * NS_PER_US)
 
+/* Any thread; NULL: none. */
+const struct sim_faults *sim_world_faults(void);
+
 /* Any thread. */
 void sim_world_count_late(uint32_t camera);
 

@@ -161,7 +161,7 @@ static void unknown_keys_are_refused_with_a_suggestion(void **state)
 		HEAD CAMERAS "blobs: {treshold_sigma: 5}\n",
 		"6:9: blobs.treshold_sigma: unknown key; did you mean 'threshold_sigma'?\n");
 	expect_messages(HEAD CAMERAS "sim: {wheels: 4}\n",
-			"6:7: sim.wheels: unknown key; known here: scene, seed, epoch_ns, clock\n");
+			"6:7: sim.wheels: unknown key; known here: scene, seed, epoch_ns, clock, faults\n");
 	expect_messages(
 		HEAD CAMERAS "<<: {rate_hz: 3}\n",
 		"6:1: <<: unknown key; known here: rig, layout, cameras, trigger, rate_hz, "
@@ -264,6 +264,55 @@ static void the_whole_trigger_plan_can_be_given(void **state)
 	assert_int_equal(config.plan.hd_phase, 1);
 	assert_int_equal(config.plan.hd_delay_ns, 100000);
 	assert_int_equal(config.plan.hd_exposure_ns, 5000000);
+}
+
+#define SIM_CAMERAS                                     \
+	"cameras:\n- {name: ir1, address: 'sim:ir7'}\n" \
+	"- {name: ir2, address: 'files:take/ir2'}\n"
+
+static void faults_of_the_simulator_are_read_as_data(void **state)
+{
+	const struct sim_fault *fault = &config.sim_faults.faults[1];
+
+	(void)state;
+	assert_int_equal(load(HEAD SIM_CAMERAS
+			      "sim:\n  faults:\n  - {camera: ir1, kind: unplug}\n"
+			      "  - {camera: ir1, kind: delay, at_s: 5, for_s: 2.5, every: 10, "
+			      "delay_ms: 12}\n",
+			      NULL),
+			 0);
+	assert_int_equal(config.sim_faults.count, 2);
+	assert_int_equal(config.sim_faults.faults[0].kind, SIM_FAULT_UNPLUG);
+	assert_int_equal(fault->kind, SIM_FAULT_DELAY);
+	assert_string_equal(fault->device, "ir7");
+	assert_float_equal(fault->at_s, 5, 0);
+	assert_float_equal(fault->for_s, 2.5, 0);
+	assert_float_equal(fault->delay_ms, 12, 0);
+	assert_int_equal(fault->every, 10);
+}
+
+static void faults_that_cannot_be_are_refused(void **state)
+{
+	(void)state;
+	expect_messages(
+		HEAD SIM_CAMERAS "sim:\n  faults:\n"
+				 "  - {camera: ir9, kind: drop}\n"
+				 "  - {camera: ir2, kind: drop}\n"
+				 "  - {camera: ir1, kind: phase_slip}\n"
+				 "  - {camera: ir1, kind: melt}\n"
+				 "  - {camera: ir1, kind: drop, at_s: -1}\n"
+				 "  - {kind: drop}\n",
+		"11:25: sim.faults[3].kind: 'melt' is unknown, expected drop or miss or delay "
+		"or repeat or shift or stamp_shift or freeze or unplug or dark or "
+		"phase_slip\n"
+		"12:37: sim.faults[4].at_s: -1 is out of range, expected a number from 0 to "
+		"1000000 (seconds)\n"
+		"13:6: sim.faults[5].camera: missing\n"
+		"8:6: sim.faults[0].camera: there is no camera 'ir9'\n"
+		"9:6: sim.faults[1].camera: camera 'ir2' is not simulated: faults are for "
+		"sim: cameras alone\n"
+		"10:6: sim.faults[2].camera: camera 'ir1' has no phase to slip from: it is no "
+		"HD camera\n");
 }
 
 static void a_strobe_not_given_burns_as_long_as_it_safely_can(void **state)
@@ -388,6 +437,8 @@ int main(void)
 		cmocka_unit_test(more_cameras_than_the_mask_has_bits_are_refused),
 		cmocka_unit_test(failure_leaves_the_caller_s_config_alone),
 		cmocka_unit_test(the_whole_trigger_plan_can_be_given),
+		cmocka_unit_test(faults_of_the_simulator_are_read_as_data),
+		cmocka_unit_test(faults_that_cannot_be_are_refused),
 		cmocka_unit_test(a_strobe_not_given_burns_as_long_as_it_safely_can),
 	};
 

@@ -1,0 +1,103 @@
+/*
+ * Reads what to do wrong, by camera and scene time.
+ */
+#include "config/sim_faults.h"
+
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "config/config.h"
+#include "config/yaml.h"
+
+static const char *const kinds[] = {
+	[SIM_FAULT_DROP] = "drop",
+	[SIM_FAULT_MISS] = "miss",
+	[SIM_FAULT_DELAY] = "delay",
+	[SIM_FAULT_REPEAT] = "repeat",
+	[SIM_FAULT_SHIFT] = "shift",
+	[SIM_FAULT_STAMP_SHIFT] = "stamp_shift",
+	[SIM_FAULT_FREEZE] = "freeze",
+	[SIM_FAULT_UNPLUG] = "unplug",
+	[SIM_FAULT_DARK] = "dark",
+	[SIM_FAULT_PHASE_SLIP] = "phase_slip",
+	NULL,
+};
+
+#define AT(member) offsetof(struct sim_fault, member)
+
+static const struct yaml_key fault_keys[] = {
+	{"camera", YAML_NAME, AT(camera), true, .size = NAME_BYTES},
+	{"kind", YAML_CHOICE, AT(kind), true, .choices = kinds},
+	{"at_s", YAML_DOUBLE, AT(at_s), .min = 0, .max = 1e6, .unit = "seconds"},
+	{"for_s", YAML_DOUBLE, AT(for_s), .min = 0, .max = 1e6, .unit = "seconds"},
+	{"every", YAML_INT, AT(every), .min = 1, .max = 1e6, .unit = "frames"},
+	{"delay_ms", YAML_DOUBLE, AT(delay_ms), .min = 0, .max = 1000, .unit = "milliseconds"},
+	{0},
+};
+
+void sim_faults_read(struct yaml *yaml, const struct yaml_value *value, struct sim_faults *faults)
+{
+	struct yaml_value item;
+	char field[YAML_FIELD_BYTES];
+	void *iterator = NULL;
+	int index = -1;
+
+	while (yaml_next_item(yaml, value, &iterator, &index, &item, field)) {
+		struct sim_fault fault = {.every = 1,
+					  .delay_ms = 40,
+					  .line = item.place.line,
+					  .column = item.place.column};
+
+		if (faults->count == SIM_FAULT_MAX) {
+			yaml_complain(yaml, item.place, field, "more than %d faults",
+				      SIM_FAULT_MAX);
+			return;
+		}
+		yaml_read_mapping(yaml, &item, fault_keys, &fault, NULL);
+		faults->faults[faults->count++] = fault;
+	}
+}
+
+static const struct config_camera *find_camera(const struct config_camera *cameras, uint32_t count,
+					       const char *name)
+{
+	for (uint32_t c = 0; c < count; c++)
+		if (strcmp(cameras[c].name, name) == 0)
+			return &cameras[c];
+	return NULL;
+}
+
+static void finish_fault(struct yaml *yaml, struct sim_fault *fault, const char *field,
+			 const struct config_camera *camera)
+{
+	struct yaml_place place = {fault->line, fault->column};
+
+	if (!camera)
+		yaml_complain(yaml, place, field, "there is no camera '%s'", fault->camera);
+	else if (strncmp(camera->address, "sim:", 4) != 0)
+		yaml_complain(yaml, place, field,
+			      "camera '%s' is not simulated: faults are for sim: cameras alone",
+			      fault->camera);
+	else if (fault->kind == SIM_FAULT_PHASE_SLIP && camera->role != ROLE_HD)
+		yaml_complain(yaml, place, field,
+			      "camera '%s' has no phase to slip from: it is no HD camera",
+			      fault->camera);
+	else
+		snprintf(fault->device, sizeof(fault->device), "%.*s", NAME_BYTES - 1,
+			 camera->address + 4);
+}
+
+void sim_faults_finish(struct yaml *yaml, struct sim_faults *faults,
+		       const struct config_camera *cameras, uint32_t camera_count)
+{
+	for (uint32_t i = 0; i < faults->count; i++) {
+		struct sim_fault *fault = &faults->faults[i];
+		char field[YAML_FIELD_BYTES];
+
+		snprintf(field, sizeof(field), "sim.faults[%u].camera", i);
+		if (*fault->camera)
+			finish_fault(yaml, fault, field,
+				     find_camera(cameras, camera_count, fault->camera));
+	}
+}
