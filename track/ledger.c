@@ -366,7 +366,8 @@ enum ledger_verdict ledger_judge(struct ledger *ledger, uint32_t camera,
 
 	j.edge_time_ns = elapsed_ns(j.camera->offset_ns, frame->mid_exposure_ns);
 	enum edges_found found = edges_nearest(&ledger->edges, j.edge_time_ns, &j.nearest);
-	if (!final && (found == EDGES_LATER || (found == EDGES_NONE && ledger->edges.added == 0)))
+	/* a settled camera's counter tells as well as a pulse that is still to be reported */
+	if (!final && ((found == EDGES_LATER && !is_settled(j.camera)) || !ledger->edges.added))
 		return LEDGER_WAIT;
 	if (found == EDGES_NONE)
 		return LEDGER_EARLY;
