@@ -160,8 +160,9 @@ static void unknown_keys_are_refused_with_a_suggestion(void **state)
 	expect_messages(
 		HEAD CAMERAS "blobs: {treshold_sigma: 5}\n",
 		"6:9: blobs.treshold_sigma: unknown key; did you mean 'threshold_sigma'?\n");
-	expect_messages(HEAD CAMERAS "sim: {wheels: 4}\n",
-			"6:7: sim.wheels: unknown key; known here: scene, seed, epoch_ns, clock, faults\n");
+	expect_messages(
+		HEAD CAMERAS "sim: {wheels: 4}\n",
+		"6:7: sim.wheels: unknown key; known here: scene, seed, epoch_ns, clock, faults\n");
 	expect_messages(
 		HEAD CAMERAS "<<: {rate_hz: 3}\n",
 		"6:1: <<: unknown key; known here: rig, layout, cameras, trigger, rate_hz, "
