@@ -47,6 +47,7 @@ struct demo {
 	struct stage_client *client;
 	struct referee referee;
 	struct demo_facts facts;
+	struct stress stress;
 	bool with_table;
 	int64_t start_ns;     /* of the program */
 	int64_t first_set_ns; /* received; 0 = none yet */
@@ -121,9 +122,13 @@ static void take_set(struct demo *demo, const struct stage_marker_set *set)
 		say(demo, "the first marker set is here");
 		demo->first_set_ns = now_ns;
 		demo->next_show_ns = now_ns + NS_PER_S;
+		if (demo->options.stress)
+			stress_begin(&demo->stress, &demo->stand, demo->options.seconds);
 	}
 	demo->facts.hd_shots += set->is_hd;
 	referee_judge(&demo->referee, set, now_ns);
+	if (demo->options.stress)
+		stress_see_set(&demo->stress, set);
 }
 
 static int take_event(struct demo *demo, const struct stage_event *event, struct diag *diag)
@@ -175,6 +180,8 @@ static int watch(struct demo *demo, struct diag *diag)
 			r = next;
 		} else
 			r = check_patience(demo, since_ns, diag);
+		if (demo->first_set_ns && demo->options.stress)
+			stress_step(&demo->stress, clock_now_ns());
 		if (demo->first_set_ns)
 			show_progress(demo, clock_now_ns());
 	}
@@ -204,7 +211,8 @@ static int conclude(struct demo *demo)
 		show_json(stdout, &demo->referee, &results, &demo->facts);
 	else
 		show_summary(stdout, &demo->referee, &results, &demo->facts);
-	return demo_has_passed(&results, &demo->facts) ? EXIT_SUCCESS : EXIT_FAILURE;
+	return demo_has_passed(&demo->referee, &results, &demo->facts) ? EXIT_SUCCESS
+								       : EXIT_FAILURE;
 }
 
 static int run(struct demo *demo, struct diag *diag)
@@ -216,6 +224,9 @@ static int run(struct demo *demo, struct diag *diag)
 	if (r < 0 && r != -EINTR)
 		explain_children(demo, diag);
 	demo->end_ns = clock_now_ns();
+	if (r == 0 && demo->options.stress)
+		stress_finish(&demo->stress);
+	stress_stop(&demo->stress);
 	if (r == 0)
 		report_ask(&demo->facts.station, demo->stand.dir);
 	stand_stop(&demo->stand);
@@ -238,7 +249,8 @@ int main(int argc, char **argv)
 	demo.with_table = !demo.options.json && isatty(STDOUT_FILENO);
 	demo.facts = (struct demo_facts){.mode = demo.options.sim ? "sim" : "gige",
 					 .scene = demo.options.scene,
-					 .seed = demo.options.seed};
+					 .seed = demo.options.seed,
+					 .stress = demo.options.stress ? &demo.stress : NULL};
 	catch_signals();
 	int status = run(&demo, &diag);
 	stage_client_close(demo.client);

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #define EXIT_USAGE 2
+#define STRESS_SECONDS_MIN 15
 #define HD_MAX 3
 
 static const char usage[] =
@@ -20,6 +21,8 @@ static const char usage[] =
 	"  --sim          8 cameras at 120 Hz and 3 HD cameras at 30 Hz inside the station; "
 	"default:\n"
 	"                 4 GigE Vision cameras at 60 Hz over loopback\n"
+	"  --stress       with --sim, under fire: CPU hogs, a subscriber that stops, one that is\n"
+	"                 killed, a camera unplugged, garbage clients; 15 s at least, default 60\n"
 	"  --hd N         with --sim: as many HD cameras, 0 to 3\n"
 	"  --json         print the summary as one JSON object\n"
 	"  --scene NAME   rest, talking (the default) or turning\n"
@@ -30,15 +33,11 @@ static const char usage[] =
 	"than 1 % of the shots lost; 2 wrong usage; 3 something could not be started.\n";
 
 static const struct option long_options[] = {
-	{"seconds", required_argument, NULL, 's'},
-	{"sim", no_argument, NULL, 'i'},
-	{"json", no_argument, NULL, 'j'},
-	{"scene", required_argument, NULL, 'c'},
-	{"seed", required_argument, NULL, 'd'},
-	{"keep", required_argument, NULL, 'k'},
-	{"hd", required_argument, NULL, 'n'},
-	{"help", no_argument, NULL, 'h'},
-	{NULL, 0, NULL, 0},
+	{"seconds", required_argument, NULL, 's'}, {"sim", no_argument, NULL, 'i'},
+	{"json", no_argument, NULL, 'j'},          {"scene", required_argument, NULL, 'c'},
+	{"seed", required_argument, NULL, 'd'},    {"keep", required_argument, NULL, 'k'},
+	{"stress", no_argument, NULL, 'x'},        {"hd", required_argument, NULL, 'n'},
+	{"help", no_argument, NULL, 'h'},          {NULL, 0, NULL, 0},
 };
 
 static void end_wrong_usage(const char *option, const char *text, const char *expected)
@@ -77,7 +76,7 @@ static uint32_t parse_hd(const char *text)
 
 struct demo_options demo_options_parse(int argc, char **argv)
 {
-	struct demo_options o = {.seconds = 20, .scene = "talking", .seed = 1};
+	struct demo_options o = {.scene = "talking", .seed = 1};
 	const char *hd = NULL;
 
 	for (int c; (c = getopt_long(argc, argv, "", long_options, NULL)) != -1;) {
@@ -91,6 +90,8 @@ struct demo_options demo_options_parse(int argc, char **argv)
 			o.scene = optarg;
 		else if (c == 'd')
 			o.seed = parse_seed(optarg);
+		else if (c == 'x')
+			o.stress = o.sim = true;
 		else if (c == 'n')
 			hd = optarg;
 		else if (c == 'k')
@@ -102,6 +103,10 @@ struct demo_options demo_options_parse(int argc, char **argv)
 	}
 	if (optind < argc)
 		end_wrong_usage("argument", argv[optind], "expected");
+	if (o.seconds == 0)
+		o.seconds = o.stress ? 60 : 20;
+	if (o.stress && o.seconds < STRESS_SECONDS_MIN)
+		end_wrong_usage("--seconds", "with --stress", "at least 15");
 	if (hd && !o.sim)
 		end_wrong_usage("--hd", hd, "possible without --sim");
 	o.hd_count = hd ? parse_hd(hd) : o.sim ? HD_MAX : 0;

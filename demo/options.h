@@ -10,6 +10,7 @@ struct demo_options {
 	double seconds;
 	bool json;
 	bool sim;          /* cameras inside the station, instead of GigE Vision ones */
+	bool stress;       /* under fire, with sim */
 	uint32_t hd_count; /* HD cameras beside them, only with sim */
 	const char *scene;
 	uint64_t seed;

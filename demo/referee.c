@@ -180,6 +180,9 @@ void referee_judge(struct referee *referee, const struct stage_marker_set *set, 
 
 	if (exposure < 0)
 		return;
+	if (referee->sets_received == 0)
+		referee->number_offset = (int64_t)set->shot - exposure;
+	referee->mispaired_count += (int64_t)set->shot - exposure != referee->number_offset;
 	int64_t mid_ns = sim_scene_mid_exposure_ns(referee->scene, (uint64_t)exposure);
 	int64_t late_ns = set->mid_exposure_ns - (referee->epoch_ns + mid_ns);
 	sim_scene_truth(referee->scene, (double)mid_ns / 1e9, &referee->truth);

@@ -42,7 +42,9 @@ struct referee {
 	bool started;
 	int64_t first_exposure, last_exposure; /* of the scene */
 	uint64_t sets_received, sets_repeated, sets_incomplete;
-	uint64_t sets_lost;                                 /* as the station tells */
+	uint64_t mispaired_count; /* sets whose number is not that of their exposure */
+	int64_t number_offset;    /* from exposures to numbers, of the first set */
+	uint64_t sets_lost;       /* as the station tells */
 	uint64_t seen_count, right_count, unlabelled_count; /* of markers three cameras truly see */
 	uint64_t wrong_count, swapped_count;                /* of all */
 	uint64_t beyond_bound_count; /* sets whose time is further off than their uncertainty_ns */

@@ -9,6 +9,7 @@
 #include "demo/referee.h"
 #include "demo/report.h"
 #include "demo/stand.h"
+#include "demo/stress.h"
 
 struct demo_facts {
 	const char *mode; /* "gige" or "sim" */
@@ -22,8 +23,9 @@ struct demo_facts {
 	struct camera_counts cameras;
 	struct station_report station;
 	uint32_t hd_camera_count;
-	uint64_t hd_shots; /* marker sets that name an HD frame */
-	bool ended_early;  /* the stream ended before its time */
+	uint64_t hd_shots;           /* marker sets that name an HD frame */
+	const struct stress *stress; /* NULL: in peace */
+	bool ended_early;            /* the stream ended before its time */
 };
 
 /* Clears the terminal and draws the state: the worst labels first, as many as fit. */
@@ -39,4 +41,5 @@ void show_summary(FILE *out, const struct referee *referee, const struct results
 void show_json(FILE *out, const struct referee *referee, const struct results *results,
 	       const struct demo_facts *facts);
 
-bool demo_has_passed(const struct results *results, const struct demo_facts *facts);
+bool demo_has_passed(const struct referee *referee, const struct results *results,
+		     const struct demo_facts *facts);

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
+#include "demo/stress.h"
 
 #define GIGE_CAMERAS 4
 #define GIGE_RATE_HZ 60
@@ -74,7 +75,7 @@ static int make_dir(struct stand *stand, const struct demo_options *options, str
 static int write_files(const struct stand *stand, const struct demo_options *options,
 		       struct diag *diag)
 {
-	char extra[9000], addresses[CAMERA_MAX][80];
+	char extra[9000], faults[200] = "", addresses[CAMERA_MAX][80];
 	const char *pointers[CAMERA_MAX];
 
 	for (uint32_t i = 0; i < stand->camera_count + stand->hd_count; i++) {
@@ -87,11 +88,13 @@ static int write_files(const struct stand *stand, const struct demo_options *opt
 		pointers[i] = addresses[i];
 	}
 	int used = snprintf(extra, sizeof(extra), "socket_dir: \"%s\"\n", stand->dir);
+	if (options->stress)
+		stress_faults_yaml(faults, sizeof(faults), options->seconds);
 	if (options->sim)
 		snprintf(extra + used, sizeof(extra) - (size_t)used,
 			 "trigger: sim\nsim: {scene: \"%s\", seed: %" PRIu64 ", epoch_ns: %" PRId64
-			 "}\n",
-			 options->scene, options->seed, stand->epoch_ns);
+			 "%s}\n",
+			 options->scene, options->seed, stand->epoch_ns, faults);
 	return sim_scene_write_stage(stand->scene, stand->dir, pointers, extra, diag);
 }
 
