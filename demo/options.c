@@ -30,7 +30,7 @@ static const char usage[] =
 	"  --keep DIR     keep rig, layout, config and logs there\n"
 	"Exit status: 0 passed; 1 median error above 0.1 mm, fewer than 98 % right labels, or "
 	"more\n"
-	"than 1 % of the shots lost; 2 wrong usage; 3 something could not be started.\n";
+	"than 1 % of the shots lost, or --stress found a fault; 2 wrong usage; 3 something could not be started.\n";
 
 static const struct option long_options[] = {
 	{"seconds", required_argument, NULL, 's'}, {"sim", no_argument, NULL, 'i'},

@@ -66,6 +66,15 @@ def test_demo_counts_the_frames_of_its_hd_cameras(start):
     assert all(c["frames"] > 80 and c["phase"] == 0 and c["off_phase"] == 0 for c in hd["cameras"])
 
 
+def test_station_under_fire_mispairs_nothing_and_names_every_fault(start, tmp_path):
+    with start("--stress", "--seconds", "15", "--hd", "0", "--json") as demo:
+        output, messages = demo.communicate(timeout=90)
+    results = json.loads(output)
+    assert not results["ended_early"], messages
+    assert all(results["stress"]["criteria"].values()), output
+    assert not list(tmp_path.iterdir())
+
+
 def test_demo_on_gige_cameras_streams_true_markers(start, tmp_path):
     with start("--seconds", "4", "--json") as demo:
         output, messages = demo.communicate(timeout=60)
@@ -112,6 +121,7 @@ def test_death_of_the_station_fails_the_demo(start, tmp_path):
 
 @pytest.mark.parametrize("args", [
     pytest.param(["--seconds", "0"], id="seconds"),
+    pytest.param(["--stress", "--seconds", "5"], id="stress"),
     pytest.param(["--seed", "x"], id="seed"),
     pytest.param(["--nonsense"], id="option"),
     pytest.param(["extra"], id="argument"),
