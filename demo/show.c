@@ -102,17 +102,18 @@ void show_line(FILE *out, const struct referee *referee, const struct results *r
 	fflush(out);
 }
 
-/* Under fire and without SCHED_FIFO nobody promises that no shot is lost. */
-static bool is_complete(const struct results *r, const struct demo_facts *facts)
+/* Under fire and without SCHED_FIFO nobody promises that every picture comes in time; a shot may
+ * then be lost, or lack so many cameras that markers stay without a name. */
+static bool is_excused(const struct demo_facts *facts)
 {
-	return r->complete || (facts->stress && !facts->stress->fifo);
+	return facts->stress && !facts->stress->fifo;
 }
 
 bool demo_has_passed(const struct referee *referee, const struct results *r,
 		     const struct demo_facts *facts)
 {
-	return r->accurate && r->named && is_complete(r, facts) && !facts->ended_early &&
-	       (!facts->stress || stress_has_passed(facts->stress, referee));
+	return r->accurate && ((r->named && r->complete) || is_excused(facts)) &&
+	       !facts->ended_early && (!facts->stress || stress_has_passed(facts->stress, referee));
 }
 
 static void show_verdict(FILE *out, const struct referee *referee, const struct results *r,
@@ -125,8 +126,8 @@ static void show_verdict(FILE *out, const struct referee *referee, const struct 
 		return;
 	}
 	fprintf(out, "FAILED:%s%s%s%s%s\n", r->accurate ? "" : " median error above 0.1 mm;",
-		r->named ? "" : " fewer than 98 % right labels;",
-		is_complete(r, facts) ? "" : " more than 1 % of the shots lost;",
+		r->named || is_excused(facts) ? "" : " fewer than 98 % right labels;",
+		r->complete || is_excused(facts) ? "" : " more than 1 % of the shots lost;",
 		!facts->stress || stress_has_passed(facts->stress, referee) ? ""
 									    : " see NOT above;",
 		facts->ended_early ? " the stream ended early;" : "");

@@ -347,7 +347,8 @@ void stress_show(FILE *out, const struct stress *s, const struct referee *refere
 		(unsigned long long)s->lost, (unsigned long long)s->incomplete,
 		(unsigned long long)s->sim_late, s->rss_before_kb, s->rss_after_kb);
 	if (!s->fifo)
-		fprintf(out, "           without SCHED_FIFO: lost shots are told, not judged\n");
+		fprintf(out, "           without SCHED_FIFO: lost shots and missing names are "
+			     "told, not judged\n");
 	for (int c = 0; c < CRITERIA; c++)
 		if (!holds(s, referee, c))
 			fprintf(out, "           NOT %s\n", criteria[c]);
