@@ -6,7 +6,7 @@ import zlib
 
 import pytest
 
-from conftest import Station, ctl
+from conftest import Station, SteppedStation, ctl
 
 PHASE = 2
 
@@ -47,6 +47,17 @@ def live(hd_recording, tmp_path_factory):
     config = hd_recording / "sim.yaml"
     config.write_text(text + f"hd: {{phase: {PHASE}}}\nsim: {{scene: talking, seed: 5}}\n")
     station = Station(config, tmp_path_factory.mktemp("live") / "sockets").wait_running()
+    yield station
+    station.end()
+
+
+@pytest.fixture
+def stepped(live, hd_recording, tmp_path):
+    """The same in virtual time."""
+    config = hd_recording / "stepped.yaml"
+    text = (hd_recording / "sim.yaml").read_text()
+    config.write_text(text.replace("seed: 5}", "seed: 5, clock: stepped}"))
+    station = SteppedStation(config, tmp_path / "stepped")
     yield station
     station.end()
 
@@ -107,3 +118,14 @@ def test_recorded_hd_frames_bear_the_shots_they_were_exposed_in(hd_recording, st
         time.sleep(0.05)
     camera = hd_camera(status)
     assert camera["frames"] == 6 and camera["hd"]["off_phase"] == 0
+
+
+def test_two_seconds_hold_sixty_hd_frames(stepped):
+    stepped.run_for(0.5)
+    before = hd_camera(stepped.status())
+    stepped.run_for(2)
+    after = hd_camera(stepped.status())
+    assert after["frames"] - before["frames"] == 60
+    assert after["hd"]["index"] - before["hd"]["index"] == 60
+    assert after["hd"]["shot"] == 4 * after["hd"]["index"] + PHASE
+    assert after["losses"]["device_gaps"] == after["losses"]["refused"] == 0
