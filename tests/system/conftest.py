@@ -22,10 +22,10 @@ def ctl(*arguments, timeout=30):
 class Station:
     """A running staged and its sockets."""
 
-    def __init__(self, config, socket_dir, environment=None):
+    def __init__(self, config, socket_dir, environment=None, options=()):
         self.socket_dir = pathlib.Path(socket_dir)
         self.process = subprocess.Popen(
-            [STAGED, "--config", str(config), "--socket-dir", str(socket_dir)],
+            [STAGED, "--config", str(config), "--socket-dir", str(socket_dir), *options],
             stderr=subprocess.PIPE, text=True, env={**os.environ, **(environment or {})})
 
     def wait_running(self, seconds=5):
@@ -105,8 +105,8 @@ def start(tmp_path):
     """start(config) -> a Station, ended with the test. Its sockets are in tmp_path / "sockets"."""
     stations = []
 
-    def start_one(config, socket_dir=tmp_path / "sockets", environment=None):
-        stations.append(Station(config, socket_dir, environment))
+    def start_one(config, socket_dir=tmp_path / "sockets", environment=None, options=()):
+        stations.append(Station(config, socket_dir, environment, options))
         return stations[-1]
 
     yield start_one

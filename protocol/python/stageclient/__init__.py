@@ -6,17 +6,17 @@
             for marker in event.markers:
                 ...
 
-Events are the messages of stage.proto: a Description first, then one MarkerSet per shot; a Notice
-is for a person to read. Metres, right-handed; times are nanoseconds of the station's
+Events are the messages of stage.proto: a Description first, then one MarkerSet per shot, and once a
+second Statistics; a Notice is for a person to read. Metres, right-handed; times are nanoseconds of the station's
 CLOCK_MONOTONIC.
 """
 import socket
 import struct
 
-from .stage_pb2 import Description, Marker, MarkerSet, Message, Notice
+from .stage_pb2 import Description, Marker, MarkerSet, Message, Notice, Statistics
 
 __all__ = ["connect", "Client", "ProtocolError", "Description", "Marker", "MarkerSet", "Notice",
-           "MISSING", "PREDICTED", "TWO_CAMERA", "MEASURED"]
+           "Statistics", "MISSING", "PREDICTED", "TWO_CAMERA", "MEASURED"]
 
 MISSING = Marker.MISSING
 PREDICTED = Marker.PREDICTED

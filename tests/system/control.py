@@ -1,0 +1,331 @@
+"""What operators tell a live station: start, stop, another rig, masks; who may, and what it costs."""
+import json
+import math
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+
+import pytest
+import stageclient
+
+from conftest import STAGECTL, ctl
+from station import ask, read_reply
+
+SHIFT_M = 0.1
+
+
+@pytest.fixture
+def own_config(recording, tmp_path):
+    """The simulated cameras with a rig of the test's own."""
+    place = tmp_path / "own"
+    place.mkdir()
+    shutil.copytree(recording / "rig", place / "rig")
+    shutil.copy(recording / "layout.yaml", place)
+    text = (recording / "stage.yaml").read_text().replace("files:", "sim:")
+    text = text.replace("trigger: free", "trigger: sim").replace("rate_hz: 120", "rate_hz: 60")
+    config = place / "stage.yaml"
+    config.write_text(text + "sim: {scene: talking, seed: 5}\n")
+    return config
+
+
+def idle(start, config):
+    station = start(config, options=["--idle"])
+    deadline = time.monotonic() + 5
+    while station.ctl("status").returncode and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return station
+
+
+def rotate(r, v):
+    """Rodrigues' formula."""
+    angle = math.sqrt(sum(x * x for x in r)) or 1e-30
+    k = [x / angle for x in r]
+    cross = [k[1] * v[2] - k[2] * v[1], k[2] * v[0] - k[0] * v[2], k[0] * v[1] - k[1] * v[0]]
+    along = sum(a * b for a, b in zip(k, v)) * (1 - math.cos(angle))
+    return [v[i] * math.cos(angle) + cross[i] * math.sin(angle) + k[i] * along for i in range(3)]
+
+
+def move_stage(rig):
+    """The same cameras, seen from a stage frame SHIFT_M farther down the x axis."""
+    for model in rig.glob("*.cameramodel"):
+        text = model.read_text()
+        found = re.search(r"('extrinsics': \[)([^\]]*)", text)
+        rt = [float(x) for x in found.group(2).split(",") if x.strip()]
+        turned = rotate(rt[:3], [SHIFT_M, 0, 0])
+        moved = rt[:3] + [t - d for t, d in zip(rt[3:], turned)]
+        model.write_text(text.replace(found.group(0),
+                                      found.group(1) + ", ".join(map(repr, moved)) + ", "))
+
+
+def test_start_and_stop_work_again_and_again(start, own_config):
+    station = idle(start, own_config)
+    assert station.status()["state"] == "configured"
+    assert station.ctl("stop").returncode == 7
+    for run in (1, 2, 3):
+        assert station.ctl("start").stdout == "running\n"
+        refused = station.ctl("start")
+        assert refused.returncode == 7 and "running" in refused.stderr
+        station.wait_running(3)
+        begin = time.monotonic()
+        assert json.loads(station.ctl("stop", "--json").stdout) == {"state": "configured",
+                                                                     "run": run}
+        assert time.monotonic() - begin < 1
+        shots = station.status()["shots"]
+        assert shots["solved"] > 0 and shots["lost"] == 0
+
+
+def test_subscriber_is_told_of_each_run(start, own_config):
+    station = idle(start, own_config)
+    runs = []
+    client = stageclient.connect(str(station.socket_dir / "stream.sock"), timeout_s=10)
+    for run in (1, 2):
+        station.ctl("start")
+        for event in client:
+            if isinstance(event, stageclient.MarkerSet):
+                if client.description.run == run:
+                    runs.append(run)
+                    break
+        station.ctl("stop")
+    assert runs == [1, 2]
+
+
+def test_calibrating_shows_images_and_makes_no_markers(start, own_config, tmp_path):
+    station = idle(start, own_config)
+    client = station.connect("control.sock")
+    assert ask(client, "org.stage.Control.Calibrate")["parameters"]["state"] == "calibrating"
+    picture = tmp_path / "ir0.png"
+    assert station.ctl("camera", "preview", "ir0", "--output", picture).returncode == 0
+    assert picture.exists()
+    assert station.status()["stream"]["sets_published"] == 0
+    refused = ask(client, "org.stage.Control.Start")
+    assert refused["error"] == "org.stage.Control.WrongState"
+    assert refused["parameters"]["state"] == "calibrating"
+    assert ask(client, "org.stage.Control.Stop")["parameters"]["state"] == "configured"
+
+
+def test_status_is_followed_once_a_second(shared_station):
+    with subprocess.Popen([STAGECTL, "status", "--follow", "--json", "--socket-dir",
+                           str(shared_station.socket_dir)], stdout=subprocess.PIPE,
+                          text=True) as follower:
+        begin = time.monotonic()
+        solved = [json.loads(follower.stdout.readline())["shots"]["solved"] for _ in range(4)]
+        passed_s = time.monotonic() - begin
+        follower.kill()
+    assert 1.8 < passed_s < 4.5
+    assert all(30 < after - before < 120 for before, after in zip(solved[1:], solved[2:]))
+
+
+def test_more_gives_replies_that_continue(shared_station):
+    client = shared_station.connect("control.sock")
+    client.sendall(json.dumps({"method": "org.stage.Control.GetStatus", "more": True}).encode()
+                   + b"\0")
+    for _ in range(2):
+        reply = read_reply(client)
+        assert reply["continues"] is True and reply["parameters"]["status"]["state"] == "running"
+
+
+def test_rig_is_swapped_at_a_shot_boundary_and_no_shot_is_lost(start, own_config):
+    station = start(own_config).wait_running()
+    client = stageclient.connect(str(station.socket_dir / "stream.sock"), timeout_s=10)
+    move_stage(own_config.parent / "rig")
+    reload = None
+    shots, x_by_shot, serials, revisions = [], {}, {}, {}
+    for event in client:
+        if not isinstance(event, stageclient.MarkerSet):
+            continue
+        shots.append(event.shot)
+        serials[event.shot] = event.rig_serial
+        assert event.rig_serial == client.description.rig_serial
+        revisions[event.rig_serial] = client.description.rig_revision
+        x_by_shot[event.shot] = {m.label: m.x_m for m in event.markers
+                                 if m.label >= 0 and m.status == stageclient.MEASURED}
+        if len(shots) == 20:
+            reload = subprocess.Popen([STAGECTL, "rig", "reload", "--json", "--socket-dir",
+                                       str(station.socket_dir)], stdout=subprocess.PIPE, text=True)
+        if event.rig_serial == 2 and len(shots) > 300 or len(shots) > 1200:
+            break
+    told = json.loads(reload.communicate(timeout=10)[0])
+    assert shots == list(range(shots[0], shots[0] + len(shots)))
+    assert client.sets_lost == 0
+    assert set(revisions) == {1, 2} and revisions[1] != revisions[2]
+    assert told == {"rig_revision": revisions[2], "rig_serial": 2}
+    changes = [s for s in shots[1:] if serials[s] != serials[s - 1]]
+    assert len(changes) == 1
+    for shot in shots[1:]:
+        common = x_by_shot[shot].keys() & x_by_shot[shot - 1].keys()
+        if not common:
+            continue
+        moved = sorted(x_by_shot[shot][m] - x_by_shot[shot - 1][m] for m in common)
+        expected = SHIFT_M if shot == changes[0] else 0
+        assert abs(moved[len(moved) // 2] - expected) < 0.02, shot
+    after = [x_by_shot[s] for s in shots if s > changes[0] + 60]
+    assert sum(map(len, after)) > 40 * len(after)
+    assert station.status()["rig_revision"] == revisions[2]
+
+
+def test_bad_rig_is_refused_and_the_old_one_stays(start, own_config):
+    station = start(own_config).wait_running()
+    before = station.status()["rig_revision"]
+    (own_config.parent / "rig" / "ir2.cameramodel").write_text("{ 'lensmodel': 'nonsense' }\n")
+    refused = station.ctl("rig", "reload")
+    assert refused.returncode == 3 and "ir2.cameramodel" in refused.stderr
+    status = station.status()
+    assert status["rig_revision"] == before and status["rig_serial"] == 1
+    assert status["state"] == "running"
+
+
+def test_masked_area_hides_its_spots_until_it_is_lifted(start, own_config):
+    text = own_config.read_text()
+    name = re.search(r"name: (ir3)", text).group(0)
+    own_config.write_text(text.replace(
+        name, name + ", mask: [{x: 0, y: 0, width: 1280, height: 1024}]"))
+    station = start(own_config).wait_running()
+    client = station.connect("control.sock")
+
+    def spots(camera):
+        return len(ask(client, "org.stage.Control.Preview", camera=camera)["parameters"]["blobs"])
+
+    assert spots("ir3") == 0 and spots("ir0") > 20
+    assert "parameters" in ask(client, "org.stage.Control.SetMask", camera="ir3", areas=[])
+    whole = [{"x": 0, "y": 0, "width": 1280, "height": 1024}]
+    assert "error" not in ask(client, "org.stage.Control.SetMask", camera="ir0", areas=whole)
+    time.sleep(0.2)
+    assert spots("ir3") > 20 and spots("ir0") == 0
+    status = station.status()
+    assert status["cameras"][0]["mask"] == whole and status["cameras"][3]["mask"] == []
+    assert status["cameras"][0]["blobs_masked"] > 0
+    for areas in (7, [{"x": 0}], whole * 17, [{**whole[0], "width": 0}]):
+        refused = ask(client, "org.stage.Control.SetMask", camera="ir0", areas=areas)
+        assert refused["error"] == "org.varlink.service.InvalidParameter"
+
+
+def test_mask_that_cannot_be_is_named(own_config):
+    text = own_config.read_text()
+    own_config.write_text(text.replace("name: ir3", "name: ir3, mask: [{x: -1, y: 0, width: 5}]"))
+    done = ctl("config", "check", own_config)
+    assert done.returncode == 3
+    assert "mask[0].x" in done.stderr and "mask[0].height" in done.stderr
+
+
+def as_nobody(path, request):
+    """The reply that a process without any of our rights gets."""
+    read_end, write_end = os.pipe()
+    child = os.fork()
+    if child == 0:
+        import socket
+        os.setgroups([])
+        os.setresgid(65534, 65534, 65534)
+        os.setresuid(65534, 65534, 65534)
+        client = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        client.connect(str(path))
+        client.sendall(json.dumps(request).encode() + b"\0")
+        os.write(write_end, json.dumps(read_reply(client)).encode())
+        os._exit(0)
+    os.close(write_end)
+    with os.fdopen(read_end) as reply:
+        told = reply.read()
+    os.waitpid(child, 0)
+    return json.loads(told)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
+def test_strangers_are_denied_and_told_which_group_it_takes(start, sim_config):
+    with tempfile.TemporaryDirectory(prefix="stage-test-") as place:
+        os.chmod(place, 0o755)
+        path = pathlib.Path(place, "control.sock")
+        start(sim_config, socket_dir=place).wait_running()
+        path.chmod(0o666)
+        for method, group in (("GetStatus", "stage"), ("Stop", "stage-operator")):
+            reply = as_nobody(path, {"method": f"org.stage.Control.{method}"})
+            assert reply == {"error": "org.stage.Control.PermissionDenied",
+                             "parameters": {"method": f"org.stage.Control.{method}",
+                                            "group": group}}
+        assert "parameters" in as_nobody(path, {"method": "org.varlink.service.GetInfo"})
+        assert json.loads(ctl("status", "--json", "--socket-dir", place).stdout)["state"] == "running"
+
+
+def test_every_described_method_is_there_and_no_other(start, own_config):
+    client = idle(start, own_config).connect("control.sock")
+    for interface in ask(client, "org.varlink.service.GetInfo")["parameters"]["interfaces"]:
+        text = ask(client, "org.varlink.service.GetInterfaceDescription",
+                   interface=interface)["parameters"]["description"]
+        assert f"\ninterface {interface}\n" in text
+        methods = re.findall(r"^method (\w+)\(", text, re.M)
+        errors = set(re.findall(r"^error (\w+) ?\(", text, re.M))
+        assert len(methods) >= 2
+        for method in methods:
+            error = ask(client, f"{interface}.{method}").get("error", "")
+            assert "NotFound" not in error and "NotImplemented" not in error
+            if error.startswith(interface):
+                assert error.rpartition(".")[2] in errors
+        error = ask(client, f"{interface}.Explode")
+        assert error == {"error": "org.varlink.service.MethodNotFound",
+                         "parameters": {"method": f"{interface}.Explode"}}
+
+
+def test_wrong_calls_get_the_standard_errors(shared_station):
+    client = shared_station.connect("control.sock")
+    assert ask(client, "org.varlink.service.GetInterfaceDescription",
+               interface="org.nowhere")["error"].endswith("InterfaceNotFound")
+    client.sendall(b'{"method":"org.stage.Control.GetStatus","parameters":[]}\0')
+    reply = read_reply(client)
+    assert reply["error"] == "org.varlink.service.InvalidParameter"
+    assert reply["parameters"] == {"parameter": "parameters"}
+
+
+def test_latencies_of_each_stage_add_up(shared_station):
+    time.sleep(1.5)
+    stages = {one["stage"]: one["run"] for one in shared_station.status()["latency"]}
+    assert len(stages) == 6
+    for one in stages.values():
+        assert 0 <= one["p50_ms"] <= one["p90_ms"] <= one["p99_ms"] <= one["max_ms"]
+        assert one["count"] > 30
+    parts = sum(stages[s]["p50_ms"] for s in ("light_to_arrival", "arrival_to_blobs",
+                                              "blobs_to_solved", "solved_to_sent"))
+    assert abs(parts - stages["light_to_sent"]["p50_ms"]) < 0.25 * parts
+    assert stages["light_to_arrival"]["p50_ms"] > 1  # the simulator's read-out time
+
+
+def test_statistics_come_once_a_second_in_the_stream(shared_station):
+    client = stageclient.connect(str(shared_station.socket_dir / "stream.sock"), timeout_s=10)
+    seen = []
+    for event in client:
+        if isinstance(event, stageclient.Statistics):
+            seen.append(event)
+            if len(seen) == 3:
+                break
+    assert all(0.5e9 < b.time_ns - a.time_ns < 1.5e9 for a, b in zip(seen, seen[1:]))
+    status = shared_station.status()
+    assert seen[-1].state == "running" and seen[-1].run == status["run"]
+    assert 0 < seen[-1].shots_solved <= status["shots"]["solved"]
+    assert len(seen[-1].cameras) == len(client.description.cameras)
+    assert [one.stage for one in seen[-1].latencies] == [one["stage"] for one in status["latency"]]
+    assert seen[-1].sets.capacity == status["shots"]["sets_queue"]["capacity"]
+
+
+def resident_kb(pid):
+    return int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{pid}/status").read_text())[1])
+
+
+def test_memory_stays_flat(start, own_config):
+    station = start(own_config).wait_running()
+    with subprocess.Popen([STAGECTL, "status", "--follow", "--socket-dir",
+                           str(station.socket_dir)], stdout=subprocess.DEVNULL) as follower, \
+         subprocess.Popen([STAGECTL, "stream", "tap", "--socket-dir", str(station.socket_dir)],
+                          stdout=subprocess.DEVNULL) as tap:
+        for _ in range(3):
+            station.ctl("rig", "reload")
+        time.sleep(5)
+        before_kb = resident_kb(station.process.pid)
+        for _ in range(5):
+            time.sleep(5)
+            station.ctl("rig", "reload")
+        after_kb = resident_kb(station.process.pid)
+        follower.kill()
+        tap.kill()
+    assert station.status()["rig_serial"] == 9
+    assert after_kb - before_kb < 2048, (before_kb, after_kb)
