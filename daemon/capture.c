@@ -252,6 +252,7 @@ void capture_begin_run(struct capture *capture)
 		hd_capture_begin_run(&capture->hd);
 	memset(&capture->counters, 0, sizeof(capture->counters));
 	capture->damage_told = false;
+	capture->events_told = 0;
 }
 
 void capture_lose(struct capture *capture, const char *why)

@@ -67,7 +67,8 @@ struct capture {
 
 	/* control thread */
 	struct realtime_thread thread;
-	bool damage_told; /* logged once; the counters tell how much */
+	bool damage_told;     /* logged once; the counters tell how much */
+	uint32_t events_told; /* of the ledger, by bit; likewise */
 	int64_t lost_since_ns;
 	struct mask *mask, *mask_before;  /* owned; the one before until the thread took this */
 	char lost_why[CAPTURE_WHY_BYTES]; /* the latest reason that it is not there */

@@ -20,6 +20,7 @@
 	(300 * NS_PER_MS) /* a stall of the solver or of the control thread is survived \
 			   */
 #define QUEUE_MIN 16
+#define SLOWER_SHARE 200        /* half a percent of the period is rounding */
 #define PERIOD_MIN_NS NS_PER_MS /* a recording may claim anything */
 #define SIM_CAMERA_MIN 4 /* of a scene; a config with fewer looks at the scene's own number */
 #define SIM_CAMERA_MAX 8
@@ -146,6 +147,27 @@ static int init_solver(struct station *station)
 				 station->wake_fd, station->period_ns, queue_length(station));
 }
 
+/* Only where the trigger sets the pace: cameras that run free have their own. */
+static void name_slow_cameras(const struct station *station)
+{
+	const struct trigger_plan *plan = &station->stage.config.plan;
+
+	for (uint32_t c = 0; c < station->stage.config.camera_count; c++) {
+		const struct capture *capture = &station->captures[c];
+		int64_t period_ns =
+			plan->period_ns * (capture->role == ROLE_HD ? plan->hd_divider : 1);
+		int64_t granted_ns = capture->device.granted.period_ns;
+
+		if (granted_ns <= period_ns + period_ns / SLOWER_SHARE)
+			continue;
+		log_about(LOG_LEVEL_WARNING, &(struct log_fields){capture->name, LOG_NO_SHOT},
+			  "camera %s: slower than its trigger: at most %.6g Hz, triggered at %.6g "
+			  "Hz; it will miss shots: lower rate_hz, or its exposure or image size",
+			  capture->name, (double)NS_PER_S / (double)granted_ns,
+			  (double)NS_PER_S / (double)period_ns);
+	}
+}
+
 static enum exit_code open_devices(struct station *station, struct diag *diag)
 {
 	struct open_camera devices[CAMERA_MAX];
@@ -164,6 +186,8 @@ static enum exit_code open_devices(struct station *station, struct diag *diag)
 	err = open_pulses(station, diag);
 	if (err)
 		return open_exit_code(err);
+	if (station->pulses.driver->reports_edges)
+		name_slow_cameras(station);
 	return init_solver(station) < 0 ? EXIT_CODE_INTERNAL : EXIT_CODE_OK;
 }
 

@@ -3,6 +3,7 @@
  * when every recording is over the station has ended.
  */
 #include <errno.h>
+#include <inttypes.h>
 #include <string.h>
 
 #include "base/clock.h"
@@ -108,6 +109,25 @@ static const char *lost_cause(const struct capture *capture)
 	return error == -ENODEV ? "the device is gone" : strerror(-error);
 }
 
+/* Each kind of event once; the counters tell how often. */
+static void watch_ledger(struct station *station, uint32_t index)
+{
+	const struct camera_events *events = &station->solver.book.cameras[index];
+	struct capture *capture = &station->captures[index];
+
+	for (int e = 0; e < LEDGER_EVENT_COUNT; e++) {
+		if (!atomic_load(&events->counts[e]) || (capture->events_told >> e & 1))
+			continue;
+		capture->events_told |= UINT32_C(1) << e;
+		log_about(LOG_LEVEL_WARNING,
+			  &(struct log_fields){capture->name, atomic_load(&events->last_shot)},
+			  "camera %s: %s, first about shot %" PRIu64
+			  "; docs/faults.md says what that is, stagectl status counts it",
+			  capture->name, ledger_event_name((enum ledger_event)e),
+			  (uint64_t)atomic_load(&events->last_shot));
+	}
+}
+
 static void watch_camera(struct station *station, uint32_t index)
 {
 	struct capture *capture = &station->captures[index];
@@ -115,6 +135,7 @@ static void watch_camera(struct station *station, uint32_t index)
 	int state = atomic_load(&capture->state);
 
 	watch_damage(station, capture);
+	watch_ledger(station, index);
 	if (state == CAPTURE_RUNNING)
 		return;
 	if (capture->thread.joinable) {
