@@ -178,6 +178,7 @@ static enum ledger_verdict accept(struct judging *j, uint64_t shot)
 	camera->rival.count = 0;
 	camera->repeat_counted = false;
 	camera->refused_run = 0;
+	camera->returned = 0;
 	if (camera->never_late || !j->ledger->closed_any || shot > j->ledger->closed_shot)
 		return LEDGER_TAKE;
 	note(camera, LEDGER_LATE, shot, 1);
@@ -192,21 +193,26 @@ static enum ledger_verdict refuse(struct judging *j, enum ledger_event event)
 	return LEDGER_REFUSE;
 }
 
-/* In a dispute one frame on the old line may be chance. */
+/* In a dispute one frame on the old line may be chance: a stamp that is off by what was missed.
+ * Then it comes when another shot's frame would. Enough of them in a row are no chance. */
 static bool may_be_chance(const struct judging *j)
 {
-	const struct ledger_line *rival = &j->camera->rival;
+	const struct ledger_camera *camera = j->camera;
+	const struct ledger_line *rival = &camera->rival;
 
-	if (too_soon_for(j, j->counted) &&
-	    (rival->count > 0 || j->camera->line.count < REBASE_FRAMES))
-		return true;
-	return rival->count > 1 || (rival->count > 0 && rival->shot >= j->counted);
+	if (rival->count == 0)
+		return camera->line.count < REBASE_FRAMES && too_soon_for(j, j->counted);
+	if (camera->returned + 1 >= REBASE_FRAMES)
+		return false;
+	return rival->count > 1 || rival->shot >= j->counted || too_soon_for(j, j->counted) ||
+	       (camera->arrivals >= ARRIVALS_KNOWN && !arrives_as(j, j->counted));
 }
 
 static enum ledger_verdict accept_on_line(struct judging *j)
 {
 	if (may_be_chance(j)) {
-		j->camera->rival.count = 1;
+		j->camera->rival.count = j->camera->rival.count > 0;
+		j->camera->returned++;
 		return refuse(j, LEDGER_DOUBTFUL);
 	}
 	uint64_t missing = j->seq_step - 1 - j->camera->refused_run;
@@ -236,7 +242,12 @@ static enum ledger_verdict rebase(struct judging *j, uint32_t stride)
 		     (j->timed - j->counted) / camera->divider);
 	else if (same_pace)
 		note(camera, LEDGER_COUNTER_JUMPED, j->timed, 1);
-	return begin(j, stride);
+	uint32_t agreed = camera->rival.count;
+	enum ledger_verdict verdict = begin(j, stride);
+
+	if (agreed > camera->line.count)
+		camera->line.count = agreed; /* as sure as the frames that proved it */
+	return verdict;
 }
 
 /* Shots per count from the rival's last frame to this one; 0 when they are on no line. */
@@ -268,6 +279,7 @@ static enum ledger_verdict doubt(struct judging *j)
 		needed = 2;
 	if (needed > REBASE_FRAMES)
 		needed = REBASE_FRAMES;
+	j->camera->returned = 0;
 	rival->count = stride ? rival->count + 1 : 1;
 	rival->stride = stride;
 	rival->seq = j->frame->device_seq;

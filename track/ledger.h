@@ -49,6 +49,7 @@ struct ledger_camera {
 	struct ledger_line line, rival;
 	bool started;
 	bool repeat_counted;  /* the last frame was a repeat that the device had counted */
+	uint32_t returned;    /* frames in a row on the old line, refused while it is disputed */
 	uint32_t refused_run; /* frames that came since the line's last one, and were refused */
 	uint64_t seen_seq;    /* of the last frame that came, refused or not */
 	int64_t seen_mid_exposure_ns;
