@@ -12,7 +12,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
-#include "stage.pb-c.h"
+#include "protocol/decode_parts.h"
 
 #define ARENA_BYTES (64u << 20) /* address space: the kernel gives memory only as it is touched */
 
@@ -50,7 +50,7 @@ static void arena_finish(struct arena *arena)
 		munmap(arena->bytes, ARENA_BYTES);
 }
 
-static void *arena_alloc(void *user, size_t size)
+void *decode_alloc(void *user, size_t size)
 {
 	struct arena *arena = user;
 	size_t start = (arena->used + alignof(max_align_t) - 1) & ~(alignof(max_align_t) - 1);
@@ -90,8 +90,7 @@ void decoder_destroy(struct decoder *decoder)
 	free(decoder);
 }
 
-/* Texts end up on terminals and in logs: control characters have no place there. */
-static bool text_is_clean(const char *text)
+bool decode_text_is_clean(const char *text)
 {
 	for (; *text; text++)
 		if ((unsigned char)*text < 0x20 || *text == 0x7f)
@@ -102,14 +101,14 @@ static bool text_is_clean(const char *text)
 static int decode_cameras(struct arena *arena, const Stage__V1__Description *from,
 			  struct stage_description *to)
 {
-	struct stage_camera *cameras = arena_alloc(arena, from->n_cameras * sizeof(*cameras));
+	struct stage_camera *cameras = decode_alloc(arena, from->n_cameras * sizeof(*cameras));
 
 	if (from->n_cameras > CAMERAS_MAX || !cameras)
 		return -EPROTO;
 	for (size_t i = 0; i < from->n_cameras; i++) {
 		const Stage__V1__Camera *camera = from->cameras[i];
 
-		if (!text_is_clean(camera->name))
+		if (!decode_text_is_clean(camera->name))
 			return -EPROTO;
 		cameras[i] = (struct stage_camera){.name = camera->name,
 						   .is_hd = camera->role ==
@@ -124,7 +123,8 @@ static int decode_cameras(struct arena *arena, const Stage__V1__Description *fro
 
 static int decode_label(const Stage__V1__LayoutMarker *from, uint32_t actor, struct stage_label *to)
 {
-	if (!text_is_clean(from->name) || !text_is_clean(from->group) || from->n_neutral_m != 3)
+	if (!decode_text_is_clean(from->name) || !decode_text_is_clean(from->group) ||
+	    from->n_neutral_m != 3)
 		return -EPROTO;
 	*to = (struct stage_label){.name = from->name,
 				   .group = from->group,
@@ -148,15 +148,15 @@ static int decode_actors(struct arena *arena, const Stage__V1__Description *from
 			 struct stage_description *to)
 {
 	size_t label_count = count_labels(from), next = 0;
-	const char **actors = arena_alloc(arena, from->n_actors * sizeof(*actors));
-	struct stage_label *labels = arena_alloc(arena, label_count * sizeof(*labels));
+	const char **actors = decode_alloc(arena, from->n_actors * sizeof(*actors));
+	struct stage_label *labels = decode_alloc(arena, label_count * sizeof(*labels));
 
 	if (from->n_actors > ACTORS_MAX || label_count > LABELS_MAX || !actors || !labels)
 		return -EPROTO;
 	for (size_t i = 0; i < from->n_actors; i++) {
 		const Stage__V1__Actor *actor = from->actors[i];
 
-		if (!text_is_clean(actor->name))
+		if (!decode_text_is_clean(actor->name))
 			return -EPROTO;
 		actors[i] = actor->name;
 		for (size_t k = 0; k < actor->n_markers; k++)
@@ -172,9 +172,9 @@ static int decode_actors(struct arena *arena, const Stage__V1__Description *from
 
 static bool texts_are_clean(const Stage__V1__Description *d)
 {
-	return text_is_clean(d->station_version) && text_is_clean(d->length_unit) &&
-	       text_is_clean(d->handedness) && text_is_clean(d->stage_axes) &&
-	       text_is_clean(d->head_axes) && text_is_clean(d->rig_revision);
+	return decode_text_is_clean(d->station_version) && decode_text_is_clean(d->length_unit) &&
+	       decode_text_is_clean(d->handedness) && decode_text_is_clean(d->stage_axes) &&
+	       decode_text_is_clean(d->head_axes) && decode_text_is_clean(d->rig_revision);
 }
 
 /* The arena that the description lies in is put aside, and the other one is used from now on. */
@@ -190,7 +190,7 @@ static void keep_description(struct decoder *decoder, const struct stage_descrip
 static int decode_description(struct decoder *decoder, const Stage__V1__Description *from,
 			      struct stage_event *event)
 {
-	struct stage_description *to = arena_alloc(&decoder->message, sizeof(*to));
+	struct stage_description *to = decode_alloc(&decoder->message, sizeof(*to));
 
 	if (!to || !texts_are_clean(from))
 		return -EPROTO;
@@ -218,7 +218,7 @@ static int decode_description(struct decoder *decoder, const Stage__V1__Descript
 static int decode_heads(struct decoder *decoder, const Stage__V1__MarkerSet *from,
 			struct stage_marker_set *to)
 {
-	struct stage_head *heads = arena_alloc(&decoder->message, from->n_heads * sizeof(*heads));
+	struct stage_head *heads = decode_alloc(&decoder->message, from->n_heads * sizeof(*heads));
 
 	if (from->n_heads > HEADS_MAX || !heads)
 		return -EPROTO;
@@ -262,7 +262,7 @@ static int decode_markers(struct decoder *decoder, const Stage__V1__MarkerSet *f
 			  struct stage_marker_set *to)
 {
 	struct stage_marker *markers =
-		arena_alloc(&decoder->message, from->n_markers * sizeof(*markers));
+		decode_alloc(&decoder->message, from->n_markers * sizeof(*markers));
 
 	if (from->n_markers > MARKERS_MAX || !markers)
 		return -EPROTO;
@@ -278,7 +278,7 @@ static int decode_set(struct decoder *decoder, const Stage__V1__Message *message
 		      struct stage_event *event)
 {
 	const Stage__V1__MarkerSet *from = message->markers;
-	struct stage_marker_set *to = arena_alloc(&decoder->message, sizeof(*to));
+	struct stage_marker_set *to = decode_alloc(&decoder->message, sizeof(*to));
 
 	if (!decoder->current || !to)
 		return -EPROTO;
@@ -307,9 +307,9 @@ static int decode_set(struct decoder *decoder, const Stage__V1__Message *message
 static int decode_notice(struct decoder *decoder, const Stage__V1__Notice *from,
 			 struct stage_event *event)
 {
-	struct stage_notice *to = arena_alloc(&decoder->message, sizeof(*to));
+	struct stage_notice *to = decode_alloc(&decoder->message, sizeof(*to));
 
-	if (!to || !text_is_clean(from->text))
+	if (!to || !decode_text_is_clean(from->text))
 		return -EPROTO;
 	*to = (struct stage_notice){.kind = from->kind, .text = from->text};
 	*event = (struct stage_event){.kind = STAGE_NOTICE, .notice = to};
@@ -319,7 +319,7 @@ static int decode_notice(struct decoder *decoder, const Stage__V1__Notice *from,
 int decode_message(struct decoder *decoder, const uint8_t *bytes, size_t size_bytes,
 		   struct stage_event *event)
 {
-	ProtobufCAllocator allocator = {arena_alloc, arena_free, &decoder->message};
+	ProtobufCAllocator allocator = {decode_alloc, arena_free, &decoder->message};
 
 	decoder->message.used = 0;
 	const Stage__V1__Message *message =
@@ -333,6 +333,8 @@ int decode_message(struct decoder *decoder, const uint8_t *bytes, size_t size_by
 		return decode_set(decoder, message, event);
 	case STAGE__V1__MESSAGE__BODY_NOTICE:
 		return decode_notice(decoder, message->notice, event);
+	case STAGE__V1__MESSAGE__BODY_STATISTICS:
+		return decode_statistics(&decoder->message, message->statistics, event);
 	default:
 		*event = (struct stage_event){.kind = STAGE_UNKNOWN};
 		return 0;

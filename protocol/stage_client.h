@@ -27,6 +27,7 @@ enum stage_event_kind {
 	STAGE_DESCRIPTION = 1,
 	STAGE_MARKERS = 2,
 	STAGE_NOTICE = 3,
+	STAGE_STATISTICS = 4,
 };
 
 struct stage_camera {
@@ -114,6 +115,49 @@ struct stage_notice {
 	const char *text;
 };
 
+struct stage_queue {
+	uint32_t filled, filled_max, capacity; /* now, at most since the start, room for */
+};
+
+struct stage_count {
+	const char *cause;
+	uint64_t count; /* not 0 */
+};
+
+struct stage_camera_statistics {
+	const char *state;
+	uint64_t frames, missing; /* shots without this camera */
+	struct stage_queue queue; /* to the solver */
+	uint32_t loss_count, event_count;
+	const struct stage_count *losses; /* by cause */
+	const struct stage_count *events; /* of the pulse ledger */
+};
+
+struct stage_percentiles {
+	uint64_t count;
+	int64_t p50_ns, p90_ns, p99_ns, max_ns;
+};
+
+struct stage_latency {
+	const char *stage;
+	struct stage_percentiles run;    /* since the start */
+	struct stage_percentiles recent; /* of the last 10 to 20 s */
+};
+
+/* Once a second: how the station does; counts since its start. */
+struct stage_statistics {
+	int64_t time_ns;
+	const char *state;
+	uint32_t run;
+	uint64_t shots_solved, shots_incomplete, shots_lost, sim_late;
+	double shots_per_s;
+	struct stage_queue edges, sets; /* trigger to solver, solver to stream */
+	uint32_t camera_count;          /* in the description's order */
+	const struct stage_camera_statistics *cameras;
+	uint32_t latency_count;
+	const struct stage_latency *latencies;
+};
+
 /* The pointer that belongs to `kind` is set, the others are NULL. The memory is the client's:
  * a description's until the next one comes, all else until the next stage_client_next(). */
 struct stage_event {
@@ -121,6 +165,7 @@ struct stage_event {
 	const struct stage_description *description;
 	const struct stage_marker_set *markers;
 	const struct stage_notice *notice;
+	const struct stage_statistics *statistics;
 };
 
 struct stage_client;

@@ -44,6 +44,7 @@ static void print_event(const struct stage_event *event)
 	case STAGE_NOTICE:
 		printf("the station says: %s\n", event->notice->text);
 		break;
+	case STAGE_STATISTICS:
 	case STAGE_UNKNOWN:
 		break;
 	}

@@ -125,6 +125,62 @@ static void description_comes_first(void **state)
 	stage_client_close(client);
 }
 
+static void changed_description_comes_before_the_next_set(void **state)
+{
+	struct station *s = *state;
+	struct stage_client *early = subscribe_and_read(s);
+	struct stage_event event;
+
+	publish(s, 1);
+	s->description.rig_revision = "0ther0ther0ther0";
+	s->description.rig_serial = 2;
+	server_redescribe(s->server);
+	struct stage_client *late = subscribe_and_read(s); /* has the new one already */
+	publish(s, 2);
+	publish(s, 3);
+	assert_gets_shot(early, 1);
+	assert_int_equal(stage_client_next(early, 0, &event), 0);
+	assert_int_equal(event.kind, STAGE_DESCRIPTION);
+	assert_string_equal(event.description->rig_revision, "0ther0ther0ther0");
+	assert_int_equal(event.description->rig_serial, 2);
+	for (uint64_t shot = 2; shot <= 3; shot++) {
+		assert_gets_shot(early, shot);
+		assert_gets_shot(late, shot);
+	}
+	stage_client_close(early);
+	stage_client_close(late);
+}
+
+/* Else it would take a set for one of the rig before. */
+static void subscriber_without_room_for_the_description_gets_no_set_before_it(void **state)
+{
+	struct station *s = *state;
+	struct stage_client *client = subscribe_and_read(s);
+	struct stage_event event;
+	bool described = false;
+	uint64_t new_sets = 0;
+
+	while (stats(s).sets_lost == 0)
+		publish(s, 1);
+	s->description.rig_serial = 2;
+	server_redescribe(s->server);
+	for (int round = 0; round < 10; round++) {
+		sample_set(&s->set, 2, 0);
+		s->set.rig_serial = 2;
+		server_publish(s->server, &s->set); /* lost, as long as there is no room */
+		for (step(s); stage_client_next(client, 0, &event) == 0; step(s)) {
+			described |= event.kind == STAGE_DESCRIPTION;
+			if (event.kind != STAGE_MARKERS)
+				continue;
+			assert_int_equal(event.markers->rig_serial == 2, described);
+			new_sets += described;
+		}
+	}
+	assert_true(described);
+	assert_int_equal(new_sets, 9); /* all but the first, for which there was no room */
+	stage_client_close(client);
+}
+
 static void everything_goes_to_every_subscriber(void **state)
 {
 	struct station *s = *state;
@@ -351,6 +407,8 @@ int main(void)
 #define SERVER_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
 	const struct CMUnitTest tests[] = {
 		SERVER_TEST(description_comes_first),
+		SERVER_TEST(changed_description_comes_before_the_next_set),
+		SERVER_TEST(subscriber_without_room_for_the_description_gets_no_set_before_it),
 		SERVER_TEST(everything_goes_to_every_subscriber),
 		SERVER_TEST(slow_subscriber_loses_whole_sets_only),
 		SERVER_TEST(stuttering_subscriber_gets_whole_sets_and_a_true_loss_count),

@@ -142,10 +142,12 @@ static void marker_set_survives_the_wire(void **state)
 	describe(wire);
 	sample_set(&wire->set, 12345, 5);
 	wire->set.markers_lost = 3;
+	wire->set.rig_serial = 6;
 	assert_int_equal(send_set(wire), 0);
 	const struct stage_marker_set *got = wire->event.markers;
 	assert_int_equal(got->shot, 12345);
 	assert_int_equal(got->mid_exposure_ns, wire->set.mid_exposure_ns);
+	assert_int_equal(got->rig_serial, 6);
 	assert_int_equal(got->uncertainty_ns, wire->set.uncertainty_ns);
 	assert_int_equal(got->missing_mask, 2);
 	assert_int_equal(got->arrival_ns, wire->set.arrival_ns);
@@ -159,6 +161,60 @@ static void marker_set_survives_the_wire(void **state)
 	assert_int_equal(got->marker_count, SAMPLE_LABELS + 5);
 	for (uint32_t i = 0; i < got->marker_count; i++)
 		check_marker(&got->markers[i], &wire->set.markers[i]);
+}
+
+static void statistics_survive_the_wire(void **state)
+{
+	struct wire *wire = *state;
+	static const struct stream_statistics sent = {
+		.time_ns = 5,
+		.state = "running",
+		.run = 3,
+		.shots_per_s = 119.5,
+		.shots_solved = 1000,
+		.shots_incomplete = 7,
+		.shots_lost = 2,
+		.sim_late = 1,
+		.sets = {1, 12, 64},
+		.camera_count = 2,
+		.latency_count = 1,
+		.cameras = {{.state = "running",
+			     .frames = 999,
+			     .missing = 7,
+			     .queue = {0, 3, 64},
+			     .loss_count = 3,
+			     .losses = {{"damaged", 0}, {"stale", 4}, {"refused", 3}},
+			     .event_count = 1,
+			     .events = {{"late", 9}}},
+			    {.state = "lost"}},
+		.latencies = {{"light_to_sent", {10, 1, 2, 3, 4}, {5, 6, 7, 8, 9}}},
+	};
+	uint8_t *frame;
+	size_t size_bytes;
+
+	assert_int_equal(encode_statistics(&sent, &frame, &size_bytes), 0);
+	assert_int_equal(decode_frame(wire, frame, size_bytes), 0);
+	free(frame);
+	assert_int_equal(wire->event.kind, STAGE_STATISTICS);
+	const struct stage_statistics *got = wire->event.statistics;
+	assert_string_equal(got->state, "running");
+	assert_int_equal(got->run, 3);
+	assert_true(got->shots_per_s == 119.5);
+	assert_int_equal(got->shots_solved, 1000);
+	assert_int_equal(got->shots_incomplete, 7);
+	assert_int_equal(got->shots_lost, 2);
+	assert_int_equal(got->sim_late, 1);
+	assert_int_equal(got->sets.filled_max, 12);
+	assert_int_equal(got->camera_count, 2);
+	assert_int_equal(got->cameras[0].loss_count, 2); /* those that are not 0 */
+	assert_string_equal(got->cameras[0].losses[1].cause, "refused");
+	assert_int_equal(got->cameras[0].losses[1].count, 3);
+	assert_string_equal(got->cameras[0].events[0].cause, "late");
+	assert_int_equal(got->cameras[0].queue.capacity, 64);
+	assert_string_equal(got->cameras[1].state, "lost");
+	assert_string_equal(got->latencies[0].stage, "light_to_sent");
+	assert_int_equal(got->latencies[0].run.p99_ns, 3);
+	assert_int_equal(got->latencies[0].recent.max_ns, 9);
 }
 
 static void hd_frame_is_named_in_hd_shots_alone(void **state)
@@ -310,6 +366,7 @@ int main(void)
 		WIRE_TEST(description_survives_the_wire),
 		WIRE_TEST(description_ties_the_clock_to_utc),
 		WIRE_TEST(marker_set_survives_the_wire),
+		WIRE_TEST(statistics_survive_the_wire),
 		WIRE_TEST(hd_frame_is_named_in_hd_shots_alone),
 		WIRE_TEST(head_that_could_not_be_fitted_is_left_out),
 		WIRE_TEST(fullest_set_with_the_longest_numbers_fits),
