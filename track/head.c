@@ -17,7 +17,11 @@
 #define ROBUST_SKIN_M 0.005
 #define ROUNDS 4
 #define AGREE_MIN 3
-#define SETTLED_M 0.0015 /* a shorter move pairs nothing anew */
+#define CLOSE_RIGID_M 0.0015
+#define CLOSE_SKIN_M 0.002
+#define CLOSE_SHARE 0.3       /* of the pairs, where the rigid markers agree */
+#define CLOSE_SHARE_ALONE 0.6 /* ... and where they do not show */
+#define SETTLED_M 0.0015      /* a shorter move pairs nothing anew */
 
 struct pose head_predict(const struct head_state *head, int64_t now_ns)
 {
@@ -117,14 +121,37 @@ double head_distance_m(const struct pose *a, const struct pose *b)
 		    vec3_distance(pose_apply(a, crown), pose_apply(b, crown)));
 }
 
+/* A head that settled one marker aside pairs most markers too, but few of them closely, and never
+ * the rigid ones. */
+static bool is_convincing(const struct layout *layout, const struct predictions *predictions,
+			  const struct fit_pairs *fit, const struct pose *pose)
+{
+	int close = 0, rigid_close = 0, rigid_recent = 0;
+
+	for (uint32_t i = 0; i < predictions->count; i++)
+		rigid_recent += layout->markers[i].rigid && predictions->labels[i].recent;
+	for (int i = 0; i < fit->count; i++) {
+		bool is_close = rigid_error(&fit->pairs[i], pose) <
+				(fit->rigid[i] ? CLOSE_RIGID_M : CLOSE_SKIN_M);
+
+		close += is_close;
+		rigid_close += is_close && fit->rigid[i];
+	}
+	double share = (double)close / fit->count;
+
+	if (close < AGREE_MIN || share < CLOSE_SHARE)
+		return false;
+	return rigid_recent < 3 || rigid_close >= 2 || share >= CLOSE_SHARE_ALONE;
+}
+
 bool head_refine(const struct layout *layout, const struct predictions *predictions,
 		 const struct point *points, uint32_t point_count, struct pose *pose)
 {
 	int16_t point_of_label[LABEL_MAX];
 	struct pose refined = *pose;
+	struct fit_pairs fit;
 
 	for (int again = 0; again < 2; again++) {
-		struct fit_pairs fit;
 		struct pose before = refined;
 
 		fit.count = fit.rigid_count = 0;
@@ -144,6 +171,8 @@ bool head_refine(const struct layout *layout, const struct predictions *predicti
 		if (head_distance_m(&before, &refined) < SETTLED_M)
 			break;
 	}
+	if (!is_convincing(layout, predictions, &fit, &refined))
+		return false;
 	*pose = refined;
 	return true;
 }

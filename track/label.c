@@ -14,6 +14,9 @@
 #define MARGIN 5.0     /* another reading must be worse by this much, in squared sigmas */
 #define PASSES 2
 #define PASSES_FRESH 6
+#define VAGUE_M 0.002
+#define SHARED_M 0.003 /* markers nearer than this may be one spot in every image */
+#define ASTRAY_M 0.003
 #define SIGMA_UNIT_M 0.0005
 #define CLEAR_M 0.0025  /* a new name must lie this near to where the neighbours say ... */
 #define REST_SHARE 0.4  /* of the distance to the next marker: so far from rest, and its own way */
@@ -84,8 +87,11 @@ static double cost_of(const struct assign *a, int row, int column)
 }
 
 /* How much worse the best other reading is that gives this label another point. */
-static double margin_of_moving(const struct assign *a, int row)
+static double margin_of_moving(const struct labelling *l, int row)
 {
+	const struct assign *a = &l->assign;
+	/* a vague prediction is vague about the face, not about which of two points is nearer */
+	double vague = fmax(l->predictions.labels[row].sigma_m / VAGUE_M, 1);
 	int column = a->column_of_row[row];
 	double own = cost_of(a, row, column), margin = INFINITY;
 
@@ -101,31 +107,76 @@ static double margin_of_moving(const struct assign *a, int row)
 				cost_of(a, other_row, column) - cost_of(a, other_row, other_column);
 		margin = fmin(margin, change);
 	}
-	return margin;
+	return margin * vague * vague;
+}
+
+/* A label without a point is expected where another has one: the two may have merged into it, or it
+ * may be either's. */
+static void doubt_shared(struct labelling *l, const struct tracker_state *state, int lonely)
+{
+	const struct assign *a = &l->assign;
+
+	if (!state->labels[lonely].confirmed)
+		return;
+	for (int r = 0; r < a->row_count; r++) {
+		int column = a->column_of_row[r];
+
+		if (column != ASSIGN_NONE &&
+		    vec3_distance(l->point_local_m[column], l->predictions.labels[lonely].local_m) <
+			    SHARED_M)
+			l->doubtful[r] = l->doubtful[lonely] = true;
+	}
+}
+
+/* The neighbours tell of a place far from this label's point, and a point that nobody explains lies
+ * much nearer to it. */
+static bool is_astray(const struct labelling *l, const struct tracker_state *state,
+		      const struct layout *layout, int row)
+{
+	const struct label_state *label = &state->labels[row];
+	const struct assign *a = &l->assign;
+	struct vec3 moved_m;
+	double sigma_m;
+
+	if (layout->markers[row].rigid ||
+	    predict_displacement(label, layout, l->seen, l->seen_m, &moved_m, &sigma_m) < 3)
+		return false;
+	struct vec3 told_m = vec3_add(layout->markers[row].neutral_m, moved_m);
+	double off_m = vec3_distance(told_m, l->seen_m[row]);
+	if (off_m < ASTRAY_M + 2 * sigma_m)
+		return false;
+	for (int k = 0; k < a->column_count; k++)
+		if (l->point_usable[k] && a->row_of_column[k] == ASSIGN_NONE &&
+		    vec3_distance(told_m, l->point_local_m[k]) < 0.5 * off_m)
+			return true;
+	return false;
 }
 
 /* Takes away the names that another label without a point could claim nearly as well, and those
  * that could as well be elsewhere. */
-static void abstain(struct labelling *l)
+static void abstain(struct labelling *l, const struct tracker_state *state,
+		    const struct layout *layout)
 {
 	struct assign *a = &l->assign;
-	bool doubtful[LABEL_MAX] = {false};
 
+	memset(l->doubtful, 0, sizeof(l->doubtful));
 	for (int r = 0; r < a->row_count; r++) {
 		if (a->column_of_row[r] != ASSIGN_NONE) {
-			doubtful[r] |= margin_of_moving(a, r) < MARGIN;
+			l->doubtful[r] |=
+				margin_of_moving(l, r) < MARGIN || is_astray(l, state, layout, r);
 			continue;
 		}
+		doubt_shared(l, state, r);
 		for (int e = a->row_start[r]; e < a->row_start[r + 1]; e++) {
 			int owner = a->row_of_column[a->edges[e].column];
 
 			if (owner != ASSIGN_NONE &&
 			    a->edges[e].cost < cost_of(a, owner, a->edges[e].column) + MARGIN)
-				doubtful[owner] = true;
+				l->doubtful[owner] = true;
 		}
 	}
 	for (int r = 0; r < a->row_count; r++) {
-		l->point_of_label[r] = doubtful[r] ? ASSIGN_NONE : a->column_of_row[r];
+		l->point_of_label[r] = l->doubtful[r] ? ASSIGN_NONE : a->column_of_row[r];
 		l->seen[r] = l->point_of_label[r] != ASSIGN_NONE;
 	}
 }
@@ -179,7 +230,7 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 		if (settled)
 			break;
 	}
-	abstain(l);
+	abstain(l, state, layout);
 	note_places(l);
 }
 

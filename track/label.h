@@ -20,6 +20,7 @@ struct labelling {
 	struct vec3 point_local_m[POINT_MAX]; /* head coordinates */
 	bool point_usable[POINT_MAX];         /* three or more views */
 	int16_t point_of_label[LABEL_MAX]; /* or -1; every one of them is sure enough to follow */
+	bool doubtful[LABEL_MAX];          /* a point was near, but it may be another's */
 	bool seen[LABEL_MAX];
 	struct vec3 seen_m[LABEL_MAX]; /* head coordinates, where seen */
 };

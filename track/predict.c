@@ -6,8 +6,8 @@
 
 #define RECENT_S 0.1           /* own motion is trusted this long */
 #define EXTRAPOLATE_MAX_S 0.05 /* velocity is carried on this long */
-#define ACCELERATION_M_S2 30.0 /* of skin against the skull: 1 m/s at 4 Hz */
-#define SIGMA_MIN_M 0.0005
+#define ACCELERATION_M_S2 12.0 /* of skin against the skull, one sigma: 1 m/s at 4 Hz is 25 */
+#define SIGMA_MIN_M 0.0004
 #define SIGMA_MAX_M 0.010
 #define FRESH_SIGMA_M 0.004 /* of a face against its neutral layout */
 #define OFFSET_FADE_S 0.5   /* an own offset from the neighbours is forgotten */
@@ -80,7 +80,7 @@ void predict_motion(const struct tracker_state *state, const struct layout *layo
 		const struct label_state *label = &state->labels[i];
 		double age_s = (double)(now_ns - label->seen_ns) * 1e-9;
 
-		if (label->confirmed && age_s <= RECENT_S) {
+		if (label->confirmed && !label->doubted && age_s <= RECENT_S) {
 			out->labels[i] = predict_recent(label, layout->markers[i].rigid, age_s);
 			out->fresh_start = false;
 		} else {

@@ -18,7 +18,7 @@
 #define DOUBT_EVERY_SHOTS 10
 #define DOUBT_M 0.006
 #define SEED_RADIUS_M 0.004
-#define STEADY_S 0.5    /* an unclear name is given when it holds this long */
+#define STEADY_S 0.3    /* an unclear name is given when it holds this long */
 #define STRANGE_MAX 12  /* shots in a row against the neighbours until a name is taken back */
 #define STRANGE_M 0.003 /* disagreement beyond this and a share of the spacing is strange */
 #define FOLLOW_ACCELERATION_M_S2 25.0
@@ -73,7 +73,7 @@ void tracker_state_init(struct tracker_state *state, const struct layout *layout
 static void forget_names(struct tracker_state *state)
 {
 	for (uint32_t i = 0; i < state->label_count; i++) {
-		state->labels[i].confirmed = false;
+		state->labels[i].confirmed = state->labels[i].doubted = false;
 		state->labels[i].seen_ns = 0;
 		state->labels[i].steady_since_ns = 0;
 	}
@@ -86,9 +86,9 @@ static void match_shot(struct tracker_state *state, struct tracker_scratch *scra
 	int count = 0;
 
 	for (uint32_t i = 0; state->head.tracked && i < motion->count; i++)
-		scratch->seeds[count++] =
-			(struct seed){pose_apply(head, motion->labels[i].local_m),
-				      fmin(SEED_RADIUS_M, 0.0005 + 1.2 * motion->labels[i].sigma_m)};
+		scratch->seeds[count++] = (struct seed){
+			pose_apply(head, motion->labels[i].local_m),
+			fmin(SEED_RADIUS_M, 0.0005 + 1.2 * motion->labels[i].sigma_m)};
 	for (uint32_t i = 0; i < state->loose_count; i++)
 		scratch->seeds[count++] = (struct seed){state->loose_stage_m[i], SEED_RADIUS_M};
 	match_seeds(&scratch->matcher, scratch->seeds, count);
@@ -221,7 +221,7 @@ static bool is_strange(struct label_state *label, const struct layout *layout,
 	    predict_displacement(label, layout, l->seen, l->seen_m, &moved_m, &sigma_m) < 3)
 		return false;
 	struct vec3 told_m = vec3_add(layout->markers[i].neutral_m, moved_m);
-	double limit_m = STRANGE_M + 0.8 * label->spacing_m + 2 * sigma_m;
+	double limit_m = STRANGE_M + 0.4 * label->spacing_m + 2 * sigma_m;
 	label->strange_count =
 		vec3_distance(told_m, l->seen_m[i]) > limit_m ? label->strange_count + 1 : 0;
 	return label->strange_count > STRANGE_MAX;
@@ -253,6 +253,7 @@ static void follow(struct label_state *label, struct vec3 local_m, double noise_
 	label->noise_m = noise_m;
 	label->seen_ns = now_ns;
 	label->confirmed = true;
+	label->doubted = false;
 	label->steady_since_ns = 0;
 }
 
@@ -265,6 +266,7 @@ static void update_label(struct tracker_state *state, struct tracker_scratch *sc
 	double sigma_m;
 
 	label->filled_m = l->seen[i] ? l->seen_m[i] : l->predictions.labels[i].local_m;
+	label->doubted |= l->doubtful[i];
 	if (!l->seen[i]) {
 		label->steady_since_ns = 0;
 		return;

@@ -33,6 +33,7 @@ struct label_state {
 
 	/* tracked, head coordinates */
 	bool confirmed;       /* the name is sure; only then is it given */
+	bool doubted;         /* its last sight may have been another's: its neighbours place it */
 	struct vec3 local_m;  /* where it was last seen */
 	struct vec3 filled_m; /* where the last shot had it, seen or filled in */
 	struct vec3 velocity_m_s;
