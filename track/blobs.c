@@ -47,7 +47,7 @@ int blob_finder_create(struct blob_finder **out, int width_px, int height_px,
 	finder->width_px = width_px;
 	finder->height_px = height_px;
 	finder->group_count = (int)groups;
-	finder->scan = blob_scan_simd;
+	finder->scan = blob_scan_best();
 	finder->mask = blob_mask_simd;
 	finder->coarse = calloc(groups, CELL_PX);
 	finder->cells = calloc(groups, GROUP_PX);

@@ -71,10 +71,13 @@ struct candidate {
 };
 
 /* Writes the groups of row y that hold a pixel above the group's level (CELL_PX times the same
- * byte) and returns how many; `out` has room for all. The two give the same bits. */
+ * byte) and returns how many; `out` has room for all. They give the same bits. */
 typedef size_t blob_scan_fn(const uint8_t *row, int y, const uint8_t *levels, int group_count,
 			    struct candidate *out);
 blob_scan_fn blob_scan_simd, blob_scan_plain;
+blob_scan_fn blob_scan_wide; /* where there is AVX2 */
+
+blob_scan_fn *blob_scan_best(void); /* on this processor */
 
 /* Bit b of the result: pixel b of the group is above level[b]. The two give the same bits. */
 typedef uint64_t blob_mask_fn(const uint8_t *pixels, const uint8_t *level);

@@ -30,7 +30,7 @@ bool spot_is_suspect(const struct spot *spot)
 		return true;
 	if (spot->x1 - spot->x0 < 6 && spot->y1 - spot->y0 < 6)
 		return false;
-	return half * half + spot->area_xy * spot->area_xy > 0.04f * mean * mean ||
+	return half * half + spot->area_xy * spot->area_xy > 0.09f * mean * mean ||
 	       3 * spot->area_px2 < 2 * box;
 }
 

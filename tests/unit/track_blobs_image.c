@@ -85,6 +85,8 @@ static void scan_twins_give_the_same_bits(void **state)
 		count = blob_scan_simd(row, i, groups, group_count, simd);
 		assert_int_equal(count, blob_scan_plain(row, i, groups, group_count, plain));
 		assert_memory_equal(simd, plain, count * sizeof(*simd));
+		assert_int_equal(count, blob_scan_best()(row, i, groups, group_count, simd));
+		assert_memory_equal(simd, plain, count * sizeof(*simd));
 		for (int g = 0; g < group_count; g++)
 			assert_true(blob_mask_simd(row + g * GROUP_PX, cells + g * GROUP_PX) ==
 				    blob_mask_plain(row + g * GROUP_PX, cells + g * GROUP_PX));
