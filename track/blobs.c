@@ -117,6 +117,10 @@ static void find_runs(struct blob_finder *finder, const struct grey_image *image
 	uint8_t padded[GROUP_PX], *cells = finder->cells + group * GROUP_PX;
 	int x = group * GROUP_PX, cell_y = y / CELL_PX;
 
+	if (finder->table.run_count == RUN_MAX) {
+		finder->table.runs_lost++;
+		return;
+	}
 	if (finder->cells_y[group] != cell_y) {
 		finder->cells_y[group] = cell_y;
 		level_map_cells(&finder->map, cell_y, group, cells);

@@ -15,6 +15,7 @@
 #define SAMPLE_BYTES 16
 #define SAMPLE_COUNT 8      /* side by side, around a node */
 #define DIFFERENCE_COUNT 28 /* per node of the survey */
+#define NOISE_BINS 1024
 #define FLAT 1.6f           /* grey values: less is noise and rounding */
 #define SLOPE_DEADBAND 0.5f /* grey values: a node's own noise is no slope */
 
@@ -176,22 +177,25 @@ static void prefetch_survey(const struct level_map *map, const struct grey_image
 
 static void survey(struct level_map *map, const struct grey_image *image)
 {
-	uint16_t levels[256] = {0}, noises[512] = {0};
+	uint16_t levels[256] = {0}, noises[NOISE_BINS] = {0};
 	uint8_t *level = map->survey;
 	int count = SURVEY_ROWS * map->x_count;
+	float noise;
 
 	for (int r = 0; r < SURVEY_ROWS; r++)
 		for (int i = 0; i < map->x_count; i++, level++) {
 			bytes16 v[SAMPLE_COUNT];
 
 			load_samples(image, i, survey_row(map, r), v);
-			noises[smaller(node_noise(v), 511)]++;
+			noises[smaller(node_noise(v), NOISE_BINS - 1)]++;
 			*level = (uint8_t)(median_level(v) + 0.5f);
 			levels[*level]++;
 		}
 	map->background_median = histogram_median(levels, 256, count);
-	map->noise_sigma = uncut_noise(histogram_median(noises, 512, count) / DIFFERENCE_COUNT,
-				       map->background_median);
+	noise = histogram_median(noises, NOISE_BINS, count);
+	if (noise > NOISE_BINS - 2) /* no picture at all: nothing shall stand out of it */
+		noise = 255 * DIFFERENCE_COUNT;
+	map->noise_sigma = uncut_noise(noise / DIFFERENCE_COUNT, map->background_median);
 }
 
 void level_map_start(struct level_map *map, const struct grey_image *image,

@@ -8,8 +8,9 @@
 
 #include "track/blobs_parts.h"
 
-#define REACH_PX 8 /* and twice the spot: no window reaches further */
-#define TALL_PX 32 /* the parts of a taller spot below this are not looked out for */
+#define REACH_PX 8       /* and twice the spot: no window reaches further */
+#define CROWD_SPOTS 1500 /* with more, an image is garbage and not worth the search */
+#define TALL_PX 32       /* the parts of a taller spot below this are not looked out for */
 
 void measurer_start(struct measurer *measurer, const struct spot_scene *scene,
 		    struct run_table *table, struct blob_set *set)
@@ -48,6 +49,8 @@ static float clearance_px(const struct measurer *measurer, uint32_t s)
 	uint32_t i = part ? 0 : s;
 	float least = (float)(reach * reach);
 
+	if (measurer->table->spot_count > CROWD_SPOTS)
+		return 0;
 	while (i > 0 && spots[i - 1].y0 + TALL_PX > spot->y0)
 		i--;
 	for (; i < measurer->table->spot_count; i++) {
@@ -105,6 +108,10 @@ static bool take_next(struct measurer *measurer, int row_read)
 	measurer->current = measurer->next++;
 	if (!spot->area_px2)
 		return true;
+	if (measurer->set->blob_count == BLOB_MAX) {
+		measurer->set->blobs_lost++;
+		return true;
+	}
 	spot_sum(spot, measurer->table->runs, measurer->scene.image);
 	if (spot_is_suspect(spot))
 		measurer->suspects[measurer->suspect_count++] = measurer->current;

@@ -10,6 +10,7 @@
 
 #define LARGE_PX 40 /* no marker is so wide */
 #define LARGE_PX2 900
+#define RUNS_SPARE 1024        /* with fewer left in the table, the image is garbage */
 #define LEVEL_COUNT 9          /* levels tried between threshold and peak */
 #define PROMINENCE_SIGMA 5     /* of each part over the level that parts them */
 #define PROMINENCE_SHARE 0.06f /* of the height, at least: quantisation, lens */
@@ -203,6 +204,10 @@ bool spot_split(struct run_table *table, uint32_t s, const struct spot_scene *sc
 {
 	struct spot *spot = &table->spots[s];
 
+	if (RUN_MAX - table->run_count < RUNS_SPARE) {
+		spot->area_px2 = 0;
+		return false;
+	}
 	spot->first_run = sort_runs(table->runs, spot->first_run);
 	return !(is_large(spot) ? split_large(table, s, scene) : split_merged(table, s, scene));
 }
