@@ -164,7 +164,7 @@ static void scan_image(struct blob_finder *finder, const struct grey_image *imag
 			finder->candidate_count += scan_tail(
 				finder, image, y, finder->candidates + finder->candidate_count);
 		if (finder->candidate_count > finder->candidates_done ||
-		    y >= finder->measurer.wait_row)
+		    measurer_is_due(&finder->measurer, y))
 			work(finder, image, y);
 	}
 	while (finder->candidates_done < finder->candidate_count)

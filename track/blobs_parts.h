@@ -236,5 +236,12 @@ void measurer_start(struct measurer *measurer, const struct spot_scene *scene,
  * MEASURE_LAG_ROWS above it. Returns false when there is nothing to do yet. */
 bool measurer_step(struct measurer *measurer, int row_read);
 
+/* Whether a step may have something to do. */
+static inline bool measurer_is_due(const struct measurer *measurer, int row_read)
+{
+	return measurer->step ||
+	       (measurer->next < measurer->table->spot_count && row_read >= measurer->wait_row);
+}
+
 /* Measures what is left, suspects last, and sorts the blobs. */
 void measurer_end(struct measurer *measurer);
