@@ -4,6 +4,13 @@
  */
 #include "track/blobs_parts.h"
 
+void run_table_reset(struct run_table *table)
+{
+	table->run_count = table->runs_lost = table->spot_count = table->spots_lost = 0;
+	table->patch_first = RUN_MAX;
+	run_table_start(table);
+}
+
 void run_table_start(struct run_table *table)
 {
 	table->row_y = -2;
@@ -21,7 +28,7 @@ uint32_t spot_root(struct run_table *table, uint32_t spot)
 	return spot;
 }
 
-static void add_area(struct area_sums *sums, int64_t y, int64_t x0, int64_t x1)
+void spot_add_area(struct area_sums *sums, int64_t y, int64_t x0, int64_t x1)
 {
 	int64_t n = x1 - x0, x = x0 + x1 - 1;
 
@@ -77,7 +84,7 @@ static uint32_t new_spot(struct run_table *table, const struct run *run, uint32_
 		.level = run->level,
 		.area_px2 = run->x1 - run->x0,
 	};
-	add_area(&table->spots[s].area, run->y, run->x0, run->x1);
+	spot_add_area(&table->spots[s].area, run->y, run->x0, run->x1);
 	table->spot_count++;
 	return s;
 }
@@ -93,7 +100,7 @@ static void grow(struct run_table *table, uint32_t s, const struct run *run, uin
 	spot->y1 = run->y + 1;
 	spot->level = run->level > spot->level ? run->level : spot->level;
 	spot->area_px2 += run->x1 - run->x0;
-	add_area(&spot->area, run->y, run->x0, run->x1);
+	spot_add_area(&spot->area, run->y, run->x0, run->x1);
 }
 
 /* The spot that a run touches to its left (across a group's border) or in the row above, or
@@ -128,7 +135,7 @@ static void add_run(struct run_table *table, int y, int x0, int x1, uint8_t leve
 	uint32_t r = table->run_count, spot;
 	struct run *run = &table->runs[r];
 
-	if (r == RUN_MAX) {
+	if (r == table->patch_first) {
 		table->runs_lost++;
 		return;
 	}

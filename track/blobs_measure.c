@@ -92,6 +92,8 @@ static int ready_row(const struct spot *spot)
 	int whole = spot->y1 + (spot->y1 - spot->y0) / 2 + 2 + MEASURE_LAG_ROWS;
 	int known = (spot->y0 + spot->y1) / 2 + NODE_REACH_PX;
 
+	if (spot->clear_px > 0)
+		return spot->y0 + PATCH_PX - PATCH_ABOVE;
 	return whole > known ? whole : known;
 }
 
@@ -112,7 +114,8 @@ static bool take_next(struct measurer *measurer, int row_read)
 		measurer->set->blobs_lost++;
 		return true;
 	}
-	spot_sum(spot, measurer->table->runs, measurer->scene.image);
+	if (!(spot->clear_px > 0))
+		spot_sum(spot, measurer->table->runs, measurer->scene.image);
 	if (spot_is_suspect(spot))
 		measurer->suspects[measurer->suspect_count++] = measurer->current;
 	else
@@ -127,7 +130,9 @@ bool measurer_step(struct measurer *measurer, int row_read)
 	if (measurer->step == 0)
 		return row_read >= measurer->wait_row && take_next(measurer, row_read);
 	if (measurer->step == 1) {
-		spot_prepare(spot, &measurer->scene, clearance_px(measurer, measurer->current),
+		spot_prepare(spot, &measurer->scene,
+			     spot->clear_px > 0 ? spot->clear_px
+						: clearance_px(measurer, measurer->current),
 			     &measurer->fit);
 		measurer->step = 2;
 	} else {

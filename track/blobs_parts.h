@@ -16,9 +16,11 @@
 #define CELLS_PER_GROUP (GROUP_PX / CELL_PX)
 #define BACKGROUND_SPAN 80 /* nodes further above the median than this lie on a lamp */
 #define SURVEY_ROWS 4      /* rows of nodes that are measured before the scan */
-#define MEASURE_LAG_ROWS 9 /* from the scan's front to the last run joined */
-#define RUN_MAX 32768      /* per image; runs past it are counted as lost */
-#define SPOT_MAX 4096      /* per image, hot pixels included; past it they are counted as lost */
+#define PATCH_PX 16
+#define PATCH_ABOVE 2
+#define MEASURE_LAG_ROWS (PATCH_PX - PATCH_ABOVE + 1) /* from the scan's front to the last run */
+#define RUN_MAX 32768 /* per image; runs past it are counted as lost */
+#define SPOT_MAX 4096 /* per image, hot pixels included; past it they are counted as lost */
 
 /* Background and threshold at a node, from the row of pixels through it. */
 struct level_node {
@@ -108,6 +110,7 @@ struct spot {
 	int area_px2;       /* 0: taken apart or thrown away */
 	int peak;
 	bool merged;
+	float clear_px; /* around the middle; 0 = not yet looked for, and not yet summed */
 	float area_xx, area_xy, area_yy; /* second central moments of the area, px2 */
 	int64_t w, wx, wy;
 	struct area_sums area;
@@ -115,6 +118,7 @@ struct spot {
 
 struct run_table {
 	uint32_t run_count, runs_lost;
+	uint32_t patch_first; /* runs of patches stand from here to the end of the table */
 	uint32_t spot_count, spots_lost;
 	int row_y;          /* of the last run joined */
 	uint32_t row_first; /* its row's first run */
@@ -129,6 +133,18 @@ void run_table_start(struct run_table *table);
 /* Adds the runs of pixels [x, x + GROUP_PX) of row y and joins them to what they touch (8
  * neighbours); in raster order. `level` is of pixel x on. */
 void run_table_add(struct run_table *table, int y, int x, uint64_t mask, const uint8_t *level);
+
+/* Empties the table. */
+void run_table_reset(struct run_table *table);
+
+/* The short way for a small spot that stands alone: (x, y) is the middle of its first run, `level`
+ * its threshold. Looks at PATCH_PX pixels square around it, PATCH_ABOVE rows above the first; when
+ * they hold one spot without holes and nothing else, appends it, summed, and returns true. */
+bool run_table_add_patch(struct run_table *table, const struct grey_image *image, int x, int y,
+			 uint8_t level);
+
+void spot_add_area(struct area_sums *sums, int64_t y, int64_t x0, int64_t x1);
+void spot_area_moments(struct spot *spot);
 
 uint32_t spot_root(struct run_table *table, uint32_t spot);
 

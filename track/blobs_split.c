@@ -204,7 +204,7 @@ bool spot_split(struct run_table *table, uint32_t s, const struct spot_scene *sc
 {
 	struct spot *spot = &table->spots[s];
 
-	if (RUN_MAX - table->run_count < RUNS_SPARE) {
+	if (table->patch_first - table->run_count < RUNS_SPARE) {
 		spot->area_px2 = 0;
 		return false;
 	}

@@ -1,19 +1,10 @@
 /*
  * The sums of a spot over its own pixels: integers, whatever the order.
  */
-#include <simde/x86/sse2.h>
-
 #include "track/blobs_parts.h"
+#include "track/blobs_weights.h"
 
-#define CHUNK_PX 16
 #define SMALL_PX 256 /* spots up to this size are summed in 16 and 32 bits */
-
-typedef simde__m128i vec;
-
-/* Sums over the weights of a small spot; each lane adds up a share. */
-struct weight_sums {
-	vec w, wx, wy, peak;
-};
 
 static const uint8_t *pixel_at(const struct grey_image *image, int x, int y)
 {
@@ -35,36 +26,6 @@ static vec load_chunk(const struct grey_image *image, int x, int y, int count)
 		p = spare;
 	}
 	return simde_mm_and_si128(simde_mm_loadu_si128((const vec *)p), mask);
-}
-
-static void add_chunk(struct weight_sums *sums, vec w, int dx, int dy)
-{
-	vec zero = simde_mm_setzero_si128(), row = simde_mm_sad_epu8(w, zero);
-	vec x = simde_mm_add_epi16(simde_mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7),
-				   simde_mm_set1_epi16((short)dx));
-	vec left = simde_mm_madd_epi16(simde_mm_unpacklo_epi8(w, zero), x);
-	vec right = simde_mm_madd_epi16(simde_mm_unpackhi_epi8(w, zero),
-					simde_mm_add_epi16(x, simde_mm_set1_epi16(8)));
-
-	sums->w = simde_mm_add_epi32(sums->w, row);
-	sums->wx = simde_mm_add_epi32(sums->wx, simde_mm_add_epi32(left, right));
-	sums->wy = simde_mm_add_epi32(sums->wy,
-				      simde_mm_madd_epi16(row, simde_mm_set1_epi16((short)dy)));
-}
-
-static int total(vec v)
-{
-	v = simde_mm_add_epi32(v, simde_mm_srli_si128(v, 8));
-	return simde_mm_cvtsi128_si32(simde_mm_add_epi32(v, simde_mm_srli_si128(v, 4)));
-}
-
-static int greatest(vec v)
-{
-	v = simde_mm_max_epu8(v, simde_mm_srli_si128(v, 8));
-	v = simde_mm_max_epu8(v, simde_mm_srli_si128(v, 4));
-	v = simde_mm_max_epu8(v, simde_mm_srli_si128(v, 2));
-	v = simde_mm_max_epu8(v, simde_mm_srli_si128(v, 1));
-	return simde_mm_cvtsi128_si32(v) & 255;
 }
 
 static void sum_weights_small(struct spot *spot, const struct run *runs,
@@ -105,7 +66,7 @@ static void sum_weights_large(struct spot *spot, const struct run *runs,
 
 /* Second moments of the pixels' areas, not of their middles: a run of n around m has
  * n m2 + n3 / 12 in x. */
-static void find_area_moments(struct spot *spot)
+void spot_area_moments(struct spot *spot)
 {
 	const struct area_sums *sums = &spot->area;
 	double n = spot->area_px2, x = 0.5 * (double)sums->x / n, y = (double)sums->y / n;
@@ -121,5 +82,5 @@ void spot_sum(struct spot *spot, const struct run *runs, const struct grey_image
 		sum_weights_small(spot, runs, image);
 	else
 		sum_weights_large(spot, runs, image);
-	find_area_moments(spot);
+	spot_area_moments(spot);
 }

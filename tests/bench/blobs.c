@@ -21,18 +21,19 @@
 
 static int64_t sum_frame(const uint8_t *frame)
 {
-	simde__m128i zero = simde_mm_setzero_si128(), sum[4] = {zero, zero, zero, zero};
+	simde__m128i zero = simde_mm_setzero_si128(), even = zero, odd = zero;
+	const simde__m128i *p = (const simde__m128i *)(const void *)frame;
 
-	for (size_t i = 0; i < FRAME_BYTES; i += 64)
-		for (size_t k = 0; k < 4; k++) {
-			const void *p = frame + i + 16 * k;
+	for (size_t i = 0; i < FRAME_BYTES / sizeof(*p); i += 4) {
+		simde__m128i a = simde_mm_sad_epu8(simde_mm_loadu_si128(p + i), zero);
+		simde__m128i b = simde_mm_sad_epu8(simde_mm_loadu_si128(p + i + 1), zero);
+		simde__m128i c = simde_mm_sad_epu8(simde_mm_loadu_si128(p + i + 2), zero);
+		simde__m128i d = simde_mm_sad_epu8(simde_mm_loadu_si128(p + i + 3), zero);
 
-			sum[k] = simde_mm_add_epi64(
-				sum[k], simde_mm_sad_epu8(simde_mm_loadu_si128(p), zero));
-		}
-	sum[0] = simde_mm_add_epi64(simde_mm_add_epi64(sum[0], sum[1]),
-				    simde_mm_add_epi64(sum[2], sum[3]));
-	return simde_mm_cvtsi128_si64(sum[0]);
+		even = simde_mm_add_epi64(even, simde_mm_add_epi64(a, b));
+		odd = simde_mm_add_epi64(odd, simde_mm_add_epi64(c, d));
+	}
+	return simde_mm_cvtsi128_si64(simde_mm_add_epi64(even, odd));
 }
 
 /* Spots on a jittered grid of 12 by 10, as far as there are any left. */
