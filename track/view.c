@@ -23,10 +23,8 @@ struct vec3 view_ray(const struct view *view, const double pixel[2])
 /* False for NaN, which is what the table holds where the camera does not look. */
 static bool near_image(const struct view *view, const double pixel[2])
 {
-	double x_step = view->pixel_to_plane.x_step, y_step = view->pixel_to_plane.y_step;
-
-	return pixel[0] >= -x_step && pixel[0] <= view->width_px - 1 + x_step &&
-	       pixel[1] >= -y_step && pixel[1] <= view->height_px - 1 + y_step;
+	return pixel[0] >= -VIEW_MARGIN_PX && pixel[0] <= view->width_px - 1 + VIEW_MARGIN_PX &&
+	       pixel[1] >= -VIEW_MARGIN_PX && pixel[1] <= view->height_px - 1 + VIEW_MARGIN_PX;
 }
 
 /* d u / d p of u = 2 (x, y) / (z + |p|), with s = z + |p|. */

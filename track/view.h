@@ -13,6 +13,8 @@
 #include "base/geometry.h"
 #include "track/lens_grid.h"
 
+#define VIEW_MARGIN_PX 8 /* a point this far outside the image is still projected */
+
 struct view {
 	int width_px, height_px;
 	struct pose rt_cam_stage;
@@ -41,7 +43,7 @@ void view_finish(struct view *view); /* a zeroed view is fine */
 #define VIEW_SIZE_MIN_PX 32
 
 /* Real-time safe from here on. Returns false when the point is behind the camera or outside the
- * table (one grid step beyond the image). `dq_dp`, when not NULL, gets the derivative of the pixel
+ * image by more than VIEW_MARGIN_PX. `dq_dp`, when not NULL, gets the derivative of the pixel
  * by the stage point, 1/m. */
 bool view_project(const struct view *view, struct vec3 p_stage_m, double pixel[2],
 		  double dq_dp[2][3]);

@@ -9,9 +9,11 @@
 
 #include "track/view.h"
 
-#define STEP_MAX_PX 8.0 /* between nodes */
+/* Between nodes. As wide as the error allows: tables that fit the cache are worth more than any
+ * saving in arithmetic, once the frames of eight cameras have gone through it. */
+#define STEP_MAX_PX 32.0
 #define STEP_MIN_PX 2.0
-#define ERROR_GOAL_PX 3e-4    /* of the finished tables against the model */
+#define ERROR_GOAL_PX 1.5e-4  /* of the finished tables against the model, where it is tried */
 #define ERROR_MAX_PX 0.01     /* ... at the smallest step */
 #define PLAUSIBLE_PX 1.0      /* of the model against the extrapolation, outside the image */
 #define PLANE_NODES_MAX 1e6   /* a wide and odd lens gets a coarser table, not an endless one */
