@@ -23,8 +23,10 @@ struct vec3 view_ray(const struct view *view, const double pixel[2])
 /* False for NaN, which is what the table holds where the camera does not look. */
 static bool near_image(const struct view *view, const double pixel[2])
 {
-	return pixel[0] >= -VIEW_MARGIN_PX && pixel[0] <= view->width_px - 1 + VIEW_MARGIN_PX &&
-	       pixel[1] >= -VIEW_MARGIN_PX && pixel[1] <= view->height_px - 1 + VIEW_MARGIN_PX;
+	double margin = view_margin_px(view);
+
+	return pixel[0] >= -margin && pixel[0] <= view->width_px - 1 + margin &&
+	       pixel[1] >= -margin && pixel[1] <= view->height_px - 1 + margin;
 }
 
 /* d u / d p of u = 2 (x, y) / (z + |p|), with s = z + |p|. */

@@ -13,8 +13,6 @@
 #include "base/geometry.h"
 #include "track/lens_grid.h"
 
-#define VIEW_MARGIN_PX 8 /* a point this far outside the image is still projected */
-
 struct view {
 	int width_px, height_px;
 	struct pose rt_cam_stage;
@@ -40,10 +38,21 @@ int view_init(struct view *view, int width_px, int height_px, struct pose rt_cam
 	      const struct lens_model *model, double bad_pixel[2]);
 void view_finish(struct view *view); /* a zeroed view is fine */
 
+#define VIEW_MARGIN_MAX_PX 8.0
+
+/* A point this far outside the image is still projected: a step of the table, at most the above. */
+static inline double view_margin_px(const struct view *view)
+{
+	double x_step = view->pixel_to_plane.x_step, y_step = view->pixel_to_plane.y_step;
+	double step = x_step < y_step ? x_step : y_step;
+
+	return step < VIEW_MARGIN_MAX_PX ? step : VIEW_MARGIN_MAX_PX;
+}
+
 #define VIEW_SIZE_MIN_PX 32
 
 /* Real-time safe from here on. Returns false when the point is behind the camera or outside the
- * image by more than VIEW_MARGIN_PX. `dq_dp`, when not NULL, gets the derivative of the pixel
+ * image by more than the margin. `dq_dp`, when not NULL, gets the derivative of the pixel
  * by the stage point, 1/m. */
 bool view_project(const struct view *view, struct vec3 p_stage_m, double pixel[2],
 		  double dq_dp[2][3]);

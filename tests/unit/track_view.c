@@ -255,7 +255,7 @@ static void a_point_just_beyond_the_border_is_still_projected(void **state)
 
 	(void)state;
 	for (int i = 0; i < EXAMPLE_COUNT; i++) {
-		double beyond = VIEW_MARGIN_PX * 0.9;
+		double beyond = view_margin_px(&views[i]) * 0.9;
 		struct vec3 ray = view_ray(&views[i], (double[2]){-beyond, HEIGHT_PX / 2.0});
 		assert_true(
 			view_project(&views[i], vec3_add(views[i].centre_stage_m, ray), q, NULL));
