@@ -37,3 +37,11 @@ int64_t process_cpu_ns(pid_t pid)
 		closedir(dir);
 	return sum_ns;
 }
+
+int64_t side_threads_cpu_ns(pid_t pid)
+{
+	char main_thread[16];
+
+	snprintf(main_thread, sizeof(main_thread), "%d", (int)pid);
+	return process_cpu_ns(pid) - thread_cpu_ns(pid, main_thread);
+}
