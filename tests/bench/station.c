@@ -10,6 +10,7 @@
 #include <errno.h>
 #include <getopt.h>
 #include <jansson.h>
+#include <poll.h>
 #include <sched.h>
 #include <signal.h>
 #include <stdio.h>
@@ -149,15 +150,30 @@ static struct stage_client *subscribe(void)
 	return client;
 }
 
+/* The next event and when its bytes had come: what the subscriber makes of them is its own time. */
+static int next_event(struct stage_client *client, struct stage_event *event, int64_t *came_ns)
+{
+	struct pollfd readable = {.fd = stage_client_fd(client), .events = POLLIN};
+	int err = stage_client_next(client, 0, event);
+
+	*came_ns = clock_now_ns();
+	if (err != -ETIMEDOUT)
+		return err;
+	if (poll(&readable, 1, 5000) != 1)
+		return -ETIMEDOUT;
+	*came_ns = clock_now_ns();
+	return stage_client_next(client, 1000, event);
+}
+
 /* Samples of one round; the station's CPU share over it. */
 static int listen_to_station(struct stage_client *client, pid_t pid)
 {
 	int64_t start_ns = 0, from_ns = 0, cpu_ns = 0;
 	struct stage_event event;
 
-	while (stage_client_next(client, 5000, &event) == 0) {
-		int64_t now_ns = clock_now_ns();
+	int64_t now_ns;
 
+	while (next_event(client, &event, &now_ns) == 0) {
 		if (event.kind != STAGE_MARKERS)
 			continue;
 		start_ns = start_ns ? start_ns : now_ns;
