@@ -41,7 +41,7 @@ struct tracker_scratch {
 struct tracker_settings tracker_settings_default(void)
 {
 	return (struct tracker_settings){.match_gate_px = 1.0,
-					 .calibration_sigma_px = 0.01,
+					 .calibration_sigma_px = 0.004,
 					 .range_min_m = 0.1,
 					 .range_max_m = 20};
 }
