@@ -11,6 +11,7 @@
 #include "ctl/arguments.h"
 #include "ctl/program_drivers.h"
 #include "drivers/open_cameras.h"
+#include "sim/scene.h"
 
 /* Recordings are files too: their first images are opened to compare sizes. */
 static uint32_t recorded_cameras(const struct config *config)
@@ -23,15 +24,27 @@ static uint32_t recorded_cameras(const struct config *config)
 	return mask;
 }
 
-/* A live camera is not touched, but its driver must be one that there is. */
+/* A live camera or trigger is not touched, but its driver must be one that there is. */
 static int check_drivers(const struct config *config, struct diag *diag)
 {
 	const char *rest;
 	int err = 0;
 
+	if (!trigger_driver_find(live_triggers, config->trigger, &rest, diag))
+		err = -EINVAL;
 	for (uint32_t c = 0; c < config->camera_count; c++)
 		if (!camera_driver_find(live_drivers, config->cameras[c].address, &rest, diag))
 			err = -EINVAL;
+	return err;
+}
+
+static int check_scene(const struct config *config, struct diag *diag)
+{
+	struct sim_options options = {.scene = config->sim_scene, .seed = config->sim_seed};
+	struct sim_scene *scene = NULL;
+	int err = sim_scene_create(&scene, &options, diag);
+
+	sim_scene_destroy(scene);
 	return err;
 }
 
@@ -43,13 +56,14 @@ static int check(struct stage *stage, const char *path, struct diag *diag)
 	if (err)
 		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
 	int unknown = check_drivers(&stage->config, diag);
+	int scene_err = check_scene(&stage->config, diag);
 
 	err = open_cameras(cameras, stage, recorded_cameras(&stage->config), recording_drivers,
 			   diag);
 	close_cameras(cameras, stage->config.camera_count);
-	return err == -ENOMEM   ? EXIT_CODE_INTERNAL
-	       : err || unknown ? EXIT_CODE_BAD_INPUT
-				: EXIT_CODE_OK;
+	if (err == -ENOMEM || scene_err == -ENOMEM)
+		return EXIT_CODE_INTERNAL;
+	return err || unknown || scene_err ? EXIT_CODE_BAD_INPUT : EXIT_CODE_OK;
 }
 
 static void print_summary(const struct stage *stage)

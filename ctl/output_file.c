@@ -1,10 +1,13 @@
 /*
- * Temporary file in the same directory, then rename.
+ * Temporary file in the same directory, then rename. SIGINT, SIGTERM and SIGHUP remove it on the
+ * way out.
  */
 #include "ctl/output_file.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,16 +22,53 @@ static bool written_in_place(const char *path)
 	return stat(path, &st) == 0 && !S_ISREG(st.st_mode);
 }
 
+/* The one file that a signal must not leave behind; read by the handler. */
+static const char *volatile unfinished;
+
+static void remove_unfinished(int number)
+{
+	if (unfinished)
+		unlink(unfinished); /* when it was just renamed: there is none */
+	raise(number);              /* the default again: SA_RESETHAND */
+}
+
+/* One that the caller ignores, as under nohup, stays ignored. */
+static void remove_on_signal(int number)
+{
+	struct sigaction action = {.sa_handler = remove_unfinished, .sa_flags = SA_RESETHAND};
+	struct sigaction before;
+
+	if (sigaction(number, NULL, &before) == 0 && before.sa_handler == SIG_DFL)
+		sigaction(number, &action, NULL);
+}
+
+/* No signal comes between the file and the word that it is there. */
+static int make_temporary(struct output_file *file)
+{
+	sigset_t all, before;
+
+	sigfillset(&all);
+	pthread_sigmask(SIG_BLOCK, &all, &before);
+	int fd = mkostemp(file->temporary, O_CLOEXEC);
+	int err = fd < 0 ? -errno : 0;
+	unfinished = err ? NULL : file->temporary;
+	pthread_sigmask(SIG_SETMASK, &before, NULL);
+	return err ? err : fd;
+}
+
 static int open_temporary(struct output_file *file)
 {
 	int length = snprintf(file->temporary, sizeof(file->temporary), "%s.XXXXXX", file->path);
 
 	if (length >= (int)sizeof(file->temporary))
 		return -ENAMETOOLONG;
-	int fd = mkostemp(file->temporary, O_CLOEXEC);
+	remove_on_signal(SIGINT);
+	remove_on_signal(SIGTERM);
+	remove_on_signal(SIGHUP);
+	int fd = make_temporary(file);
 	if (fd < 0) {
 		file->temporary[0] = '\0';
-		return -errno;
+		return fd;
 	}
 	mode_t mask = umask(0);
 	umask(mask);
@@ -87,5 +127,7 @@ void output_file_discard(struct output_file *file)
 	file->stream = NULL;
 	if (file->temporary[0])
 		unlink(file->temporary);
+	if (unfinished == file->temporary)
+		unfinished = NULL;
 	file->temporary[0] = '\0';
 }

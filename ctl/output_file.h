@@ -1,6 +1,6 @@
 /*
  * An output file that appears whole or not at all: written beside its place, renamed when done.
- * Without a path it is standard output.
+ * Without a path it is standard output. One at a time per program.
  */
 #pragma once
 

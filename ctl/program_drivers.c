@@ -7,12 +7,19 @@
 
 #include "drivers/aravis.h"
 #include "drivers/files.h"
+#include "drivers/trigger_free.h"
 #include "sim/world.h"
 
 const struct camera_driver *const live_drivers[] = {
 	&aravis_camera_driver,
 	&files_camera_driver,
 	&sim_camera_driver,
+	NULL,
+};
+
+const struct trigger_driver *const live_triggers[] = {
+	&free_trigger_driver,
+	&sim_trigger_driver,
 	NULL,
 };
 

@@ -46,7 +46,8 @@ static bool is_live(const struct sockaddr_un *address)
 	return !refused;
 }
 
-static int remove_stale(const struct sockaddr_un *address, struct diag *diag)
+/* 0 when nobody listens there, whether a socket is left or not. */
+static int check_place(const struct sockaddr_un *address, struct diag *diag)
 {
 	struct stat st;
 
@@ -65,7 +66,16 @@ static int remove_stale(const struct sockaddr_un *address, struct diag *diag)
 			 address->sun_path);
 		return -EADDRINUSE;
 	}
-	return unlink(address->sun_path) < 0 ? -errno : 0;
+	return 0;
+}
+
+static int remove_stale(const struct sockaddr_un *address, struct diag *diag)
+{
+	int err = check_place(address, diag);
+
+	if (err)
+		return err;
+	return unlink(address->sun_path) < 0 && errno != ENOENT ? -errno : 0;
 }
 
 /* fchmod before bind, so that the path never has wider rights; chmod after, because the umask may
@@ -82,6 +92,17 @@ static int bind_and_listen(int fd, const struct sockaddr_un *address)
 		return r;
 	}
 	return 0;
+}
+
+int listen_check(const char *path, struct diag *diag)
+{
+	struct sockaddr_un address;
+	int err = fill_address(&address, path, diag);
+
+	if (err)
+		return err;
+	err = check_place(&address, diag);
+	return err == -EADDRINUSE || err == -EEXIST ? err : 0;
 }
 
 int listen_unix(int *out_fd, const char *path, struct diag *diag)

@@ -22,6 +22,7 @@
 #include "daemon/control.h"
 #include "daemon/darken.h"
 #include "daemon/journal.h"
+#include "daemon/listen.h"
 #include "daemon/server.h"
 #include "daemon/station.h"
 #include "daemon/watchdog.h"
@@ -147,11 +148,33 @@ static void describe_stream(struct program *program)
 	}
 }
 
-/* The control socket first: it is what tells that another station is running here. */
+static const char *socket_dir(const struct program *program)
+{
+	return program->socket_dir ? program->socket_dir : program->station.stage.config.socket_dir;
+}
+
+/* Before any device is opened: the cameras and strobes may be those of the station that runs. */
+static enum exit_code refuse_second_station(const struct program *program, struct diag *diag)
+{
+	char control_path[PATH_MAX + 16];
+
+	snprintf(control_path, sizeof(control_path), "%s/control.sock", socket_dir(program));
+	return exit_code_of(listen_check(control_path, diag), EXIT_CODE_CONNECTION);
+}
+
+static enum exit_code prepare(struct program *program, struct diag *diag)
+{
+	enum exit_code code = station_load(&program->station, program->config_path, diag);
+
+	if (code == EXIT_CODE_OK && !program->check)
+		code = refuse_second_station(program, diag);
+	return code == EXIT_CODE_OK ? station_configure(&program->station, diag) : code;
+}
+
+/* The control socket first: two that start at once are told apart by it. */
 static enum exit_code open_sockets(struct program *program, struct diag *diag)
 {
-	const char *dir = program->socket_dir ? program->socket_dir
-					      : program->station.stage.config.socket_dir;
+	const char *dir = socket_dir(program);
 	char control_path[PATH_MAX + 16], stream_path[PATH_MAX + 16];
 	struct peer_rules rules = peer_rules_of_this_machine();
 	int err = make_socket_dir(dir, diag);
@@ -327,9 +350,7 @@ int main(int argc, char **argv)
 		diag_finish(&diag);
 		return code;
 	}
-	code = make_event_loop(&program) < 0
-		       ? EXIT_CODE_INTERNAL
-		       : station_configure(&program.station, program.config_path, &diag);
+	code = make_event_loop(&program) < 0 ? EXIT_CODE_INTERNAL : prepare(&program, &diag);
 	if (code == EXIT_CODE_OK && program.check)
 		puts("good");
 	else if (code == EXIT_CODE_OK)

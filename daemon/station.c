@@ -191,15 +191,21 @@ static enum exit_code open_devices(struct station *station, struct diag *diag)
 	return init_solver(station) < 0 ? EXIT_CODE_INTERNAL : EXIT_CODE_OK;
 }
 
-enum exit_code station_configure(struct station *station, const char *config_path,
-				 struct diag *diag)
+enum exit_code station_load(struct station *station, const char *config_path, struct diag *diag)
 {
 	memset(station, 0, sizeof(*station));
 	station->newest_shot = LOG_NO_SHOT;
 	station->wake_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
 	int err = stage_load(&station->stage, config_path, diag);
-	enum exit_code code =
-		err ? exit_code_of(err, EXIT_CODE_BAD_INPUT) : open_devices(station, diag);
+
+	if (err)
+		station_finish(station);
+	return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+}
+
+enum exit_code station_configure(struct station *station, struct diag *diag)
+{
+	enum exit_code code = open_devices(station, diag);
 
 	if (code != EXIT_CODE_OK) {
 		station_finish(station);

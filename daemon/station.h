@@ -35,10 +35,13 @@ struct station {
 	uint32_t run;         /* times that it was started; shots are numbered anew in each */
 };
 
-/* idle -> configured. On failure all messages are in `diag`, nothing is held, and the exit code
- * that fits is returned. */
-enum exit_code station_configure(struct station *station, const char *config_path,
-				 struct diag *diag);
+/* Reads the files; no device is touched. On failure all messages are in `diag`, nothing is held,
+ * and the exit code that fits is returned. */
+enum exit_code station_load(struct station *station, const char *config_path, struct diag *diag);
+
+/* idle -> configured, of a station that was loaded: opens and checks the devices. Fails as
+ * station_load(). */
+enum exit_code station_configure(struct station *station, struct diag *diag);
 
 /* configured -> running (STATION_START) or calibrating (STATION_CALIBRATE); all counters begin
  * anew. A camera that is gone is lost, not a failure. On failure it is configured again; from

@@ -120,3 +120,13 @@ def test_good_config_is_summed_up(recording):
     checked = ctl("config", "check", recording / "stage.yaml")
     assert checked.returncode == 0, checked.stderr
     assert "ir3" in checked.stdout and "74 markers" in checked.stdout
+
+
+@pytest.mark.parametrize("line, named", [("trigger: foo", "trigger foo"),
+                                         ("sim: {scene: nonsense}", "nonsense")])
+def test_triggers_and_scenes_that_there_are_not_are_no_good_config(stage, line, named):
+    config = stage / "stage.yaml"
+    text = re.sub(r"^trigger:.*\n", "", config.read_text(), flags=re.M)
+    config.write_text(f"{line}\n{text}")
+    checked = ctl("config", "check", config)
+    assert checked.returncode == 3 and named in checked.stderr

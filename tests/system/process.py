@@ -1,7 +1,12 @@
 """stagectl process: the recording in, one JSON object per shot out."""
 import json
+import signal
+import subprocess
+import time
 
-from conftest import ctl, truncate
+import pytest
+
+from conftest import STAGECTL, ctl, truncate
 
 
 def process(config, *options):
@@ -89,3 +94,27 @@ def test_hd_cameras_are_accepted_and_not_tracked(stage):
     config.write_text(config.read_text() +
                       '- {name: hd0, address: "v4l2:/dev/video0", role: hd}\n')
     assert process(config) == without
+
+
+def repeat_last_image(stage, count):
+    for table in stage.glob("ir*/frames.csv"):
+        shot, mid_exposure_ns, *rest = table.read_text().splitlines()[-1].split(",")
+        with table.open("a") as file:
+            for more in range(1, count):
+                time_ns = int(mid_exposure_ns) + more * 8333333
+                print(int(shot) + more, time_ns, *rest, sep=",", file=file)
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_interrupted_it_leaves_no_file(stage, tmp_path, how):
+    repeat_last_image(stage, 10000)
+    output = tmp_path / "out" / "shots.jsonl"
+    output.parent.mkdir()
+    done = subprocess.Popen([STAGECTL, "process", stage / "stage.yaml", "--output", output])
+    deadline = time.monotonic() + 5
+    while not list(output.parent.iterdir()) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert list(output.parent.iterdir()) and done.poll() is None
+    done.send_signal(how)
+    assert done.wait(timeout=5) == -how
+    assert not list(output.parent.iterdir())

@@ -155,6 +155,15 @@ def test_second_station_in_the_same_place_is_refused(station, start, sim_config)
     assert station.ctl("stream", "tap", "--count", "3").returncode == 0
 
 
+def test_second_station_is_refused_before_it_touches_a_device(station, start, sim_config):
+    config = sim_config.with_name("busy.yaml")
+    config.write_text(sim_config.read_text().replace("sim:ir3", "sim:busy"))
+    second = start(config)
+    _, said = second.process.communicate(timeout=10)
+    assert second.process.returncode == 7, said
+    assert "another station" in said and "busy" not in said
+
+
 def test_station_takes_the_place_of_one_that_was_killed(station, start, sim_config):
     station.stop(signal.SIGKILL)
     assert (station.socket_dir / "control.sock").exists()

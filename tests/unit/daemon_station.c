@@ -207,7 +207,8 @@ static struct station *start_station(void)
 	clock_virtual_begin(1000 * NS_PER_S, 1000 * NS_PER_S);
 	for (int c = 0; c < CAMERA_COUNT; c++)
 		faults[c] = FAULT_NONE;
-	assert_int_equal(station_configure(station, config_path, &diag), EXIT_CODE_OK);
+	assert_int_equal(station_load(station, config_path, &diag), EXIT_CODE_OK);
+	assert_int_equal(station_configure(station, &diag), EXIT_CODE_OK);
 	assert_int_equal(station->state, STATION_CONFIGURED);
 	assert_int_equal(station_start(station, STATION_START, &diag), EXIT_CODE_OK);
 	assert_int_equal(station->state, STATION_RUNNING);
@@ -423,7 +424,8 @@ static void one_camera_that_is_not_there_leaves_none_open(void **state)
 
 	(void)state;
 	faults[2] = FAULT_GONE;
-	assert_int_equal(station_configure(station, config_path, &diag), EXIT_CODE_DEVICE);
+	assert_int_equal(station_load(station, config_path, &diag), EXIT_CODE_OK);
+	assert_int_equal(station_configure(station, &diag), EXIT_CODE_DEVICE);
 	assert_non_null(strstr(diag.text, "fake:2"));
 	assert_int_equal(open_count, 0);
 	assert_int_equal(station->state, STATION_IDLE);

@@ -45,7 +45,9 @@ struct station *virtual_station_start(const char *scene, uint32_t hd_count, cons
 	write_stage(scene, hd_count, extra_yaml);
 	snprintf(path, sizeof(path), "%s/stage.yaml", dir);
 	clock_virtual_begin(START_NS, START_NS);
-	enum exit_code code = station_configure(station, path, &diag);
+	enum exit_code code = station_load(station, path, &diag);
+	if (code == EXIT_CODE_OK)
+		code = station_configure(station, &diag);
 	if (code != EXIT_CODE_OK)
 		diag_print(&diag, stderr);
 	assert_int_equal(code, EXIT_CODE_OK);
