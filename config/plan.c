@@ -55,7 +55,8 @@ void plan_read_hd(struct yaml *yaml, const struct yaml_value *value, struct trig
 	memcpy(&places->fields[PLAN_HD_DIVIDER], seen, 4 * sizeof(seen[0]));
 }
 
-/* The strobe burns as long as the exposure is open, or as long as it safely can. */
+/* The strobe burns as long as the exposure is open, or as long as it safely can. One that was told
+ * to light up after the exposure is left as it is, to be refused. */
 static void set_strobe(struct trigger_plan *plan, const struct plan_places *places)
 {
 	if (!places->fields[PLAN_STROBE_DELAY].line)
@@ -65,9 +66,9 @@ static void set_strobe(struct trigger_plan *plan, const struct plan_places *plac
 	int64_t safe_ns = (int64_t)(plan->strobe_duty_max * (double)plan->period_ns);
 	int64_t open_ns = plan->ir_delay_ns + plan->ir_exposure_ns - plan->strobe_delay_ns;
 
+	if (open_ns <= 0)
+		open_ns = plan->ir_exposure_ns;
 	plan->strobe_width_ns = open_ns < safe_ns ? open_ns : safe_ns;
-	if (plan->strobe_width_ns < 0)
-		plan->strobe_width_ns = 0;
 }
 
 static void set_hd(struct trigger_plan *plan, const struct plan_places *places)
@@ -83,13 +84,33 @@ struct complaint {
 	const struct plan_places *places;
 };
 
+/* What is wrong with a default is wrong because of what is given beside it. */
+static struct yaml_place place_of(const struct plan_places *places, enum plan_field field)
+{
+	static const enum plan_field beside[PLAN_FIELD_COUNT] = {
+		[PLAN_PERIOD] = PLAN_PERIOD,
+		[PLAN_IR_DELAY] = PLAN_IR_EXPOSURE,
+		[PLAN_IR_EXPOSURE] = PLAN_IR_DELAY,
+		[PLAN_STROBE_DELAY] = PLAN_STROBE_WIDTH,
+		[PLAN_STROBE_WIDTH] = PLAN_STROBE_DELAY,
+		[PLAN_STROBE_DUTY] = PLAN_STROBE_DUTY,
+		[PLAN_HD_DIVIDER] = PLAN_HD_DIVIDER,
+		[PLAN_HD_PHASE] = PLAN_HD_DIVIDER,
+		[PLAN_HD_DELAY] = PLAN_HD_EXPOSURE,
+		[PLAN_HD_EXPOSURE] = PLAN_HD_DELAY,
+	};
+	const struct yaml_place *fields = places->fields;
+
+	return fields[field].line           ? fields[field]
+	       : fields[beside[field]].line ? fields[beside[field]]
+					    : places->otherwise;
+}
+
 static void complain(enum plan_field field, const char *text, void *user)
 {
 	const struct complaint *to = user;
-	struct yaml_place place = to->places->fields[field];
 
-	yaml_complain(to->yaml, place.line ? place : to->places->otherwise, field_names[field],
-		      "%s", text);
+	yaml_complain(to->yaml, place_of(to->places, field), field_names[field], "%s", text);
 }
 
 void plan_finish(struct yaml *yaml, struct trigger_plan *plan, const struct plan_places *places)

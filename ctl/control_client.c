@@ -136,8 +136,16 @@ static int report_error(const char *error, const json_t *parameters)
 	if (strcmp(error, "org.stage.Control.Failed") == 0)
 		return report_failed(parameters);
 	if (strcmp(error, "org.stage.Control.WrongState") == 0) {
-		fprintf(stderr, "stagectl: the station is %s: this cannot be done now\n",
-			text_of(parameters, "state"));
+		const char *state = text_of(parameters, "state");
+		bool at_rest = strcmp(state, "configured") == 0;
+
+		fprintf(stderr, "stagectl: the station is %s: this cannot be done now; %s\n", state,
+			at_rest ? "nothing runs" : "stagectl stop first");
+		return EXIT_CODE_RUNNING;
+	}
+	if (strcmp(error, "org.stage.Control.Busy") == 0) {
+		fputs("stagectl: the change before is not yet in use: try again in a moment\n",
+		      stderr);
 		return EXIT_CODE_RUNNING;
 	}
 	if (strcmp(error, "org.stage.Control.PermissionDenied") == 0) {

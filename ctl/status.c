@@ -166,13 +166,22 @@ static void print_status(const json_t *status)
 
 	printf("%s for %.0f s, %s\n", text_of(status, "state"), number_of(status, "uptime_s"),
 	       text_of(status, "config"));
-	printf("rig %s, trigger %s, SCHED_FIFO %s, memory %s\n", text_of(status, "rig_revision"),
-	       text_of(status, "trigger"),
-	       json_is_true(json_object_get(status, "fifo")) ? "granted" : "not granted",
-	       json_is_true(json_object_get(status, "memory_locked")) ? "locked" : "not locked");
+	printf("rig %s, trigger %s", text_of(status, "rig_revision"), text_of(status, "trigger"));
+	if (count_of(status, "run")) /* before the first start nobody asked for them */
+		printf(", SCHED_FIFO %sgranted, memory %slocked",
+		       json_is_true(json_object_get(status, "fifo")) ? "" : "not ",
+		       json_is_true(json_object_get(status, "memory_locked")) ? "" : "not ");
+	putchar('\n');
+	if (json_is_true(json_object_get(status, "trigger_lost")))
+		printf("trigger %s: lost: the device is gone; plug it in, then stagectl stop and "
+		       "start\n",
+		       text_of(status, "trigger"));
 	printf("shots %" PRId64 " (%.1f/s), incomplete %" PRId64 ", lost %" PRId64 "\n",
 	       count_of(shots, "solved"), number_of(shots, "per_s"), count_of(shots, "incomplete"),
 	       count_of(shots, "lost"));
+	if (count_of(shots, "edges_refused"))
+		printf("trigger to solver: %" PRId64 " pulses found the queue full\n",
+		       count_of(shots, "edges_refused"));
 	print_queue("trigger to solver", json_object_get(shots, "edges_queue"));
 	print_queue("solver to stream", json_object_get(shots, "sets_queue"));
 	print_latencies(json_object_get(status, "latency"));

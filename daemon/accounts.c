@@ -81,7 +81,7 @@ static void fill_latency(const struct statistics *statistics, enum latency_stage
 				       .recent = percentiles(&recent)};
 }
 
-uint64_t station_sim_late_count(const struct station *station)
+uint64_t sim_late_since_open(const struct station *station)
 {
 	uint64_t late = 0;
 
@@ -105,7 +105,7 @@ void station_accounts(const struct station *station, struct stream_statistics *o
 		.shots_solved = atomic_load(&station->solver.shots),
 		.shots_incomplete = atomic_load(&station->solver.incomplete),
 		.shots_lost = atomic_load(&station->solver.lost),
-		.sim_late = station_sim_late_count(station),
+		.sim_late = sim_late_since_open(station) - station->sim_late_before,
 		.edges = queue_of(&station->pulses.edges),
 		.sets = queue_of(&station->solver.sets),
 		.camera_count = station->stage.config.camera_count,

@@ -9,5 +9,5 @@
 /* Control thread. The texts are constant, or the station's. */
 void station_accounts(const struct station *station, struct stream_statistics *out);
 
-/* Frames that the simulator itself handed over late. */
-uint64_t station_sim_late_count(const struct station *station);
+/* Frames that the simulator itself handed over late since its world was opened. */
+uint64_t sim_late_since_open(const struct station *station);

@@ -11,6 +11,7 @@
 
 #include "base/clock_virtual.h"
 #include "base/log.h"
+#include "daemon/accounts.h"
 #include "daemon/program_drivers.h"
 #include "daemon/realtime.h"
 #include "drivers/trigger_plan.h"
@@ -219,6 +220,7 @@ enum exit_code station_configure(struct station *station, struct diag *diag)
 static void begin_run(struct station *station, bool solve)
 {
 	station->run++;
+	station->sim_late_before = sim_late_since_open(station);
 	memset(&station->statistics, 0, sizeof(station->statistics));
 	pulses_begin_run(&station->pulses);
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)

@@ -30,9 +30,10 @@ struct station {
 	bool world_open;
 	bool memory_locked;
 	bool hung; /* a thread did not end: nothing may be freed, only the process can go */
-	int64_t started_ns;   /* of the run; 0 = none yet */
-	uint64_t newest_shot; /* handed to the subscribers; LOG_NO_SHOT = none yet */
-	uint32_t run;         /* times that it was started; shots are numbered anew in each */
+	int64_t started_ns;       /* of the run; 0 = none yet */
+	uint64_t newest_shot;     /* handed to the subscribers; LOG_NO_SHOT = none yet */
+	uint64_t sim_late_before; /* frames that the simulator was late with before the run */
+	uint32_t run;             /* times that it was started; shots are numbered anew in each */
 };
 
 /* Reads the files; no device is touched. On failure all messages are in `diag`, nothing is held,

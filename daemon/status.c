@@ -229,6 +229,8 @@ json_t *station_status_json(const struct control_context *context)
 		stream_json(context->server, now_ns), "control", "accepted",
 		(json_int_t)control->accepted_count, "refused", (json_int_t)control->refused_count,
 		"cut_off", (json_int_t)control->cut_off_count);
+	json_object_set_new(status, "trigger_lost",
+			    json_boolean(atomic_load(&station->pulses.lost)));
 	json_object_set_new(status, "run", json_integer(station->run));
 	json_object_set_new(status, "rig_serial", json_integer(station->rig_swap.current->serial));
 	json_object_set_new(status, "latency", latencies_json(&accounts));

@@ -329,3 +329,13 @@ def test_memory_stays_flat(start, own_config):
         tap.kill()
     assert station.status()["rig_serial"] == 14
     assert after_kb - before_kb < 2048, (before_kb, after_kb)
+
+
+def test_what_cannot_be_done_now_is_told_with_its_remedy(start, own_config):
+    station = idle(start, own_config)
+    assert "SCHED_FIFO" not in station.ctl("status").stdout  # not asked for yet
+    assert "nothing runs" in station.ctl("stop").stderr
+    station.ctl("start")
+    assert "SCHED_FIFO" in station.ctl("status").stdout
+    refused = station.ctl("start")
+    assert refused.returncode == 7 and "stagectl stop first" in refused.stderr

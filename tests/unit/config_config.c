@@ -230,6 +230,14 @@ static void settings_that_contradict_each_other_are_refused(void **state)
 			"7:18: strobe_delay_us: the strobe burns 150 to 250 us after the edge, "
 			"outside the exposure, which is open 0 to 200 us; move or shorten the "
 			"strobe\n");
+	expect_messages(HEAD CAMERAS "strobe_delay_us: 400\n",
+			"6:18: strobe_delay_us: the strobe burns 400 to 650 us after the edge, "
+			"outside the exposure, which is open 0 to 250 us; move or shorten the "
+			"strobe\n");
+	expect_messages(HEAD CAMERAS "strobe_width_us: 500\n",
+			"6:18: strobe_delay_us: the strobe burns 0 to 500 us after the edge, "
+			"outside the exposure, which is open 0 to 250 us; move or shorten the "
+			"strobe\n");
 	expect_messages(HEAD CAMERAS "strobe_width_us: 240\nstrobe_duty_max: 0.02\n",
 			"6:18: strobe_width_us: 240 us of every 8333.33 us overheats a strobe that "
 			"may burn 0.02 of the time; give at most 166.667 us, or lower the rate\n");
