@@ -4,6 +4,8 @@
 #include "daemon/darken.h"
 
 #include <errno.h>
+#include <stdbool.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "config/config.h"
@@ -31,12 +33,23 @@ static int darken_trigger(const char *address, struct diag *diag)
 	return 0;
 }
 
+/* systemd tells ExecStopPost how the station ended. One that was refused because another runs has
+ * lit nothing: what burns is the other's. */
+static bool was_refused(void)
+{
+	const char *status = getenv("EXIT_STATUS");
+
+	return status && atoi(status) == EXIT_CODE_RUNNING;
+}
+
 enum exit_code darken(const char *config_path, struct diag *diag)
 {
 	static struct config config; /* large */
 	struct sim_options any = {0};
-	int err = config_load(&config, config_path, diag);
 
+	if (was_refused())
+		return EXIT_CODE_OK;
+	int err = config_load(&config, config_path, diag);
 	if (err)
 		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
 	bool simulated = strncmp(config.trigger, "sim", 3) == 0;

@@ -7,5 +7,6 @@
 #include "base/exit_codes.h"
 
 /* Opens the trigger of the config and disarms it; nothing else of the stage needs to be in order. A
- * trigger without strobes is dark already. Any failure has a message. */
+ * trigger without strobes is dark already. After a station that was refused (EXIT_STATUS of
+ * systemd) it does nothing. Any failure has a message. */
 enum exit_code darken(const char *config_path, struct diag *diag);

@@ -78,7 +78,6 @@ static uint64_t copy_frame(struct hd_pool *pool, const struct frame *from)
 	return to->seq;
 }
 
-/* A solver that stalls so long that even notes find no room leaves frames without a shot. */
 bool hd_capture_keep(struct hd_capture *hd, const struct frame *frame)
 {
 	uint64_t seq = copy_frame(&hd->pool, frame);
@@ -89,7 +88,7 @@ bool hd_capture_keep(struct hd_capture *hd, const struct frame *frame)
 					 frame->mid_exposure_ns, frame->arrival_ns};
 		ring_publish(&hd->notes);
 	}
-	return seq != 0;
+	return seq != 0 && note;
 }
 
 /* The shot nearest to the time at which the IR cameras were exposed in the frame's shot. */

@@ -81,9 +81,9 @@ def lit_config(sim_config, strobes, tmp_path):
     path.unlink()
 
 
-def darken(config):
+def darken(config, environment=None):
     return subprocess.run([STAGED, "--darken", "--config", config], capture_output=True, text=True,
-                          timeout=5, check=False)
+                          timeout=5, check=False, env=environment)
 
 
 def test_the_manager_hears_of_start_life_and_end(served, manager):
@@ -177,6 +177,15 @@ def test_strobes_are_dark_when_the_station_could_not_start(start, lit_config, st
     station = start(lit_config, socket_dir=tmp_path / "file")
     assert station.process.wait(timeout=5) == 5
     assert not strobes.exists() or strobes.read_text() in ("", "0\n")
+
+
+def test_the_end_of_a_refused_station_leaves_the_other_ones_strobes(start, lit_config, strobes):
+    start(lit_config).wait_running()
+    second = start(lit_config)
+    second.process.communicate(timeout=10)
+    for status, line in [(second.process.returncode, "1\n"), ("KILL", "0\n")]:
+        done = darken(lit_config, {**os.environ, "EXIT_STATUS": str(status)})
+        assert (done.returncode, strobes.read_text()) == (0, line)
 
 
 def test_where_there_is_nothing_to_darken_nothing_is_wrong(recording, sim_config):

@@ -209,6 +209,16 @@ static void frames_that_find_no_room_are_refused(void **state)
 	assert_true(hd_capture_keep(&hd, &frame));
 }
 
+static void frames_of_which_a_stalled_solver_is_not_told_are_refused(void **state)
+{
+	struct frame frame = frame_of(0, 0);
+
+	(void)state;
+	for (uint32_t i = 0; i < hd.notes.capacity; i++)
+		assert_true(hd_capture_keep(&hd, &frame));
+	assert_false(hd_capture_keep(&hd, &frame));
+}
+
 #define HD_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
 
 int main(void)
@@ -222,6 +232,7 @@ int main(void)
 		HD_TEST(without_a_trigger_the_first_frame_tells_the_phase),
 		HD_TEST(a_station_without_hd_cameras_has_no_hd_shots),
 		HD_TEST(frames_that_find_no_room_are_refused),
+		HD_TEST(frames_of_which_a_stalled_solver_is_not_told_are_refused),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);
