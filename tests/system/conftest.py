@@ -135,6 +135,7 @@ class SteppedStation(Station):
         super().__init__(config, socket_dir)
         self.control = self.connect_when_it_listens("control.sock")
         self.control.settimeout(60)
+        self.status()  # the first answer comes when all its sockets stand
 
     def connect_when_it_listens(self, name):
         deadline = time.monotonic() + 30
