@@ -157,8 +157,10 @@ static void unpack_blobs(struct snapshot *out, const json_t *blobs)
 
 		json_unpack(json_array_get(blobs, b), "{s:F, s:F, s:F, s:F}", "x_px", &x_px, "y_px",
 			    &y_px, "sigma_px", &sigma_px, "area_px2", &area_px2);
-		out->blobs[out->blob_count++] = (struct blob){
-			(float)x_px, (float)y_px, (float)sigma_px, (float)area_px2, 0, 0};
+		out->blobs[out->blob_count++] = (struct blob){.x_px = (float)x_px,
+							      .y_px = (float)y_px,
+							      .sigma_px = (float)sigma_px,
+							      .area_px2 = (float)area_px2};
 	}
 }
 

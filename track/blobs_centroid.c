@@ -217,6 +217,9 @@ void spot_prepare(const struct spot *spot, const struct spot_scene *scene, float
 	height = (float)spot->peak - out->background.value;
 	find_shape(spot, out->background.value, &shape);
 	out->tilt_px = sqrtf(0.5f * (shape.xx + shape.yy)) * tilt_of(spot, out, height);
+	out->shape_px2[0] = shape.xx;
+	out->shape_px2[1] = shape.xy;
+	out->shape_px2[2] = shape.yy;
 	out->windowed = make_kernel(spot, &shape, clear_px,
 				    height / sqrtf(out->kernel.noise_variance), &out->kernel) &&
 			place_window(scene->image, out);
@@ -284,6 +287,7 @@ bool spot_finish(const struct spot *spot, const struct spot_scene *scene, struct
 		.area_px2 = (float)spot->area_px2,
 		.peak = (uint16_t)at_least((float)spot->peak - fit->background.value, 0),
 		.flags = (uint16_t)flags,
+		.shape_px2 = {fit->shape_px2[0], fit->shape_px2[1], fit->shape_px2[2]},
 	};
 	return true;
 }

@@ -190,6 +190,7 @@ struct fit {
 	float contrast; /* of opposite sides, grey values, where the map was too coarse */
 	float tilt_px;  /* what a rim or a merged neighbour may pull the centroid by */
 	float x_px, y_px, variance;
+	float shape_px2[3];      /* second central moments, xx xy yy */
 	float dx, dy;            /* the last step */
 	struct plane background; /* around (x, y) */
 	struct kernel kernel;

@@ -23,10 +23,11 @@ enum blob_flag {
 /* One bright spot. Pixel (0,0) is the centre of the top-left pixel. */
 struct blob {
 	float x_px, y_px;
-	float sigma_px; /* one standard deviation of x and of y */
-	float area_px2; /* pixels above the threshold */
-	uint16_t peak;  /* grey value above the background */
-	uint16_t flags; /* enum blob_flag */
+	float sigma_px;     /* one standard deviation of x and of y */
+	float area_px2;     /* pixels above the threshold */
+	uint16_t peak;      /* grey value above the background */
+	uint16_t flags;     /* enum blob_flag */
+	float shape_px2[3]; /* spread of its light, lens blur included: xx xy yy; 0 = not known */
 };
 
 /* The blobs of one exposure of one camera. Times are CLOCK_MONOTONIC. */
