@@ -1,0 +1,16 @@
+/*
+ * What the parts of bench-points share; each adds its figures to one JSON object.
+ */
+#pragma once
+
+#include <jansson.h>
+#include <stdint.h>
+
+struct points_bench {
+	uint64_t seed;
+	int effort; /* 1: quick and coarse; more: as many times the trials */
+	json_t *figures;
+};
+
+/* Triangulated points against the Cramer-Rao bound and against an oracle, and their covariances. */
+void bench_fixes(struct points_bench *bench);
