@@ -75,7 +75,7 @@ static int even_floor(double value, int limit)
 static bool find_axes(const struct sim_scene *scene, const struct sim_camera *camera,
 		      const struct pose *rt_stage_head, double middle_px[2], double to_px[2][3])
 {
-	const double *axes_m = (const double *)&scene->face.skull.axes_m;
+	const double *axes_m = (const double *)&scene->actors[0].face.skull.axes_m;
 
 	if (!sim_camera_project(camera, rt_stage_head->t, middle_px))
 		return false;

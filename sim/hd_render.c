@@ -134,7 +134,7 @@ static void draw_head(struct sim_hd_renderer *renderer, struct rng *rng)
 	struct hd_sight sight;
 
 	if (!hd_sight_find(&sight, renderer->scene, renderer->camera,
-			   &renderer->truth.rt_stage_head))
+			   &renderer->truth.actors[0].rt_stage_head))
 		return;
 	renderer->drawn[renderer->drawn_count++] = sight.box;
 	hd_head_draw(&renderer->head, &sight, renderer->grain, rng_u32(rng), renderer->image,

@@ -34,10 +34,10 @@ struct spot marker_spot(const struct sim_scene *scene, const struct sim_truth *t
 {
 	const struct sim_camera *camera = &scene->cameras[c];
 	struct vec3 p = truth->markers[m].p_stage_m, axes[2];
-	double radius_m = 0.5 * scene->face.layout.markers[m].diameter_m;
+	double radius_m = 0.5 * scene->layout.markers[m].diameter_m;
 	double nearness = camera->range_m / vec3_distance(camera->centre_stage_m, p);
 	struct spot spot = {.centre_px = {pixel[0], pixel[1]},
-			    .brightness = brightness * scene->face.markers[m].reflectivity *
+			    .brightness = brightness * scene->markers[m].reflectivity *
 					  angle_gain(facing) * nearness * nearness};
 
 	disc_axes(truth->markers[m].normal_stage, axes);

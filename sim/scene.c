@@ -49,7 +49,7 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	scene = calloc(1, sizeof(*scene));
 	if (!scene)
 		return -ENOMEM;
-	err = motion_init(&scene->motion, name, options->seed);
+	err = motion_init(&scene->actors[0].motion, name, options->seed);
 	if (err) {
 		diag_add(diag, "sim: no scene '%s': use rest, talking or turning", name);
 		free(scene);
@@ -63,7 +63,11 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	scene->hd_divider = options->hd_divider ? options->hd_divider : DEFAULT_HD_DIVIDER;
 	scene->hd_phase = options->hd_phase % scene->hd_divider;
 	scene->hd_after_ir_ns = options->hd_after_ir_ns;
-	face_init(&scene->face, options->seed);
+	face_init(&scene->actors[0].face, options->seed);
+	scene->actor_count = 1;
+	scene->layout = scene->actors[0].face.layout;
+	for (uint32_t m = 0; m < scene->layout.marker_count; m++)
+		scene->markers[m].reflectivity = scene->actors[0].face.markers[m].reflectivity;
 	sim_cameras_init(scene->cameras, scene->camera_count, options->seed);
 	sim_hd_cameras_init(scene->cameras + scene->camera_count, scene->hd_count, options->seed);
 	*out = scene;
@@ -80,16 +84,20 @@ void scene_pose_markers(const struct sim_scene *scene, double time_s, struct sim
 	double weights[EXPRESSION_COUNT];
 
 	out->time_s = time_s;
-	out->rt_stage_head = motion_head(&scene->motion, time_s);
-	out->marker_count = scene->face.layout.marker_count;
-	motion_expressions(&scene->motion, time_s, weights);
+	out->actors[0].rt_stage_head = motion_head(&scene->actors[0].motion, time_s);
+	out->actor_count = 1;
+	out->ghost_count = 0;
+	out->occluder_count = 0;
+	out->marker_count = scene->layout.marker_count;
+	motion_expressions(&scene->actors[0].motion, time_s, weights);
 	for (uint32_t m = 0; m < out->marker_count; m++) {
 		struct vec3 normal;
-		struct vec3 p = face_marker_place(&scene->face, m, weights, &normal);
+		struct vec3 p = face_marker_place(&scene->actors[0].face, m, weights, &normal);
 
-		out->markers[m].p_stage_m = pose_apply(&out->rt_stage_head, p);
-		out->markers[m].normal_stage = pose_rotate(&out->rt_stage_head, normal);
+		out->markers[m].p_stage_m = pose_apply(&out->actors[0].rt_stage_head, p);
+		out->markers[m].normal_stage = pose_rotate(&out->actors[0].rt_stage_head, normal);
 		out->markers[m].visible_mask = 0;
+		out->markers[m].worn = true;
 	}
 }
 
@@ -109,10 +117,10 @@ bool scene_camera_sees(const struct sim_scene *scene, const struct sim_truth *tr
 
 	if (cosine < FACING_MIN)
 		return false;
-	struct pose rt_head_stage = pose_inverse(&truth->rt_stage_head);
+	struct pose rt_head_stage = pose_inverse(&truth->actors[0].rt_stage_head);
 	struct vec3 above =
 		vec3_add(marker->p_stage_m, vec3_scale(marker->normal_stage, STAND_OFF_M));
-	if (face_hides(&scene->face, m, pose_apply(&rt_head_stage, above),
+	if (face_hides(&scene->actors[0].face, m, pose_apply(&rt_head_stage, above),
 		       pose_apply(&rt_head_stage, camera->centre_stage_m)))
 		return false;
 	*facing = cosine;
@@ -147,7 +155,7 @@ const char *sim_scene_camera_name(const struct sim_scene *scene, uint32_t camera
 
 const struct layout *sim_scene_layout(const struct sim_scene *scene)
 {
-	return &scene->face.layout;
+	return &scene->layout;
 }
 
 int64_t sim_scene_mid_exposure_ns(const struct sim_scene *scene, uint64_t shot)

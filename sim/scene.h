@@ -34,17 +34,48 @@ struct sim_options {
 int sim_scene_create(struct sim_scene **out, const struct sim_options *options, struct diag *diag);
 void sim_scene_destroy(struct sim_scene *scene); /* accepts NULL */
 
+#define SIM_ACTOR_MAX 6
+#define SIM_GHOST_MAX 48
+#define SIM_OCCLUDER_MAX 64
+
 struct sim_truth_marker {
-	struct vec3 p_stage_m; /* centre of the flat reflective disc on the skin */
+	struct vec3 p_stage_m; /* centre of the disc on the skin, or of a hemisphere's base */
 	struct vec3 normal_stage;
 	uint32_t visible_mask; /* bit c: IR camera c sees it unobstructed */
+	bool worn;             /* false: it fell off, and is nowhere */
+};
+
+struct sim_truth_actor {
+	struct pose rt_stage_head;
+};
+
+/* A glossy bit of a tooth or an eye. A lamp beside the lens shows as a spot where the surface faces
+ * the camera: for each camera on the line to about one place, the centre of the curvature. */
+struct sim_truth_ghost {
+	uint32_t actor;
+	struct vec3 centre_stage_m; /* of curvature */
+	struct vec3 axis_stage;     /* unit; the surface goes to some angle about it */
+	double brightness;          /* 1 = a nominal face marker; 0 while lips or lids are closed */
+	uint32_t visible_mask;      /* as a marker's */
+};
+
+/* Hides what is behind it: u = to_unit * (p - centre) takes it to the unit sphere. */
+struct sim_truth_occluder {
+	struct vec3 centre_stage_m;
+	double to_unit[3][3];
+	double radius_m; /* of a sphere around it */
 };
 
 struct sim_truth {
 	double time_s;
-	struct pose rt_stage_head;
+	uint32_t actor_count;
+	struct sim_truth_actor actors[SIM_ACTOR_MAX];
 	uint32_t marker_count; /* the layout's, in its order */
 	struct sim_truth_marker markers[LABEL_MAX];
+	uint32_t ghost_count;
+	struct sim_truth_ghost ghosts[SIM_GHOST_MAX];
+	uint32_t occluder_count; /* heads, noses, bodies, hands, passers */
+	struct sim_truth_occluder occluders[SIM_OCCLUDER_MAX];
 };
 
 /* The truth at scene time `time_s` >= 0. Any thread; does not allocate. */

@@ -8,12 +8,26 @@
 #include "sim/motion.h"
 #include "sim/scene.h"
 
+struct scene_actor {
+	struct face face;
+	struct motion motion;
+};
+
+/* What a picture of a marker depends on, beside the layout. */
+struct scene_marker {
+	uint32_t actor;
+	double reflectivity; /* 1 = nominal */
+	bool hemisphere;     /* stands on its base; its radius is half the diameter */
+};
+
 struct sim_scene {
 	uint64_t seed;
 	double rate_hz;
 	int64_t period_ns;
-	struct face face;
-	struct motion motion;
+	struct layout layout;                   /* of all actors */
+	struct scene_marker markers[LABEL_MAX]; /* in the layout's order */
+	uint32_t actor_count;
+	struct scene_actor actors[SIM_ACTOR_MAX];
 	uint32_t camera_count; /* IR */
 	uint32_t hd_count;
 	uint32_t hd_divider, hd_phase;

@@ -24,7 +24,7 @@ static int make_dir(const char *path, struct diag *diag)
 
 static void print_layout(FILE *file, const struct sim_scene *scene)
 {
-	const struct layout *layout = &scene->face.layout;
+	const struct layout *layout = &scene->layout;
 
 	fprintf(file, "actor: %s\nmarkers:\n", layout->actor);
 	for (uint32_t m = 0; m < layout->marker_count; m++) {

@@ -41,7 +41,7 @@ static json_t *markers_json(const struct sim_scene *scene, const struct sim_trut
 
 		json_array_append_new(markers,
 				      json_pack("{s:s,s:o,s:i,s:o}", "name",
-						scene->face.layout.markers[m].name, "p_m",
+						scene->layout.markers[m].name, "p_m",
 						vec3_json(marker->p_stage_m), "cameras",
 						__builtin_popcount(marker->visible_mask), "visible",
 						visible_json(scene, marker->visible_mask)));
@@ -52,10 +52,10 @@ static json_t *markers_json(const struct sim_scene *scene, const struct sim_trut
 int truth_json_write(const struct sim_scene *scene, uint64_t shot, const struct sim_truth *truth,
 		     FILE *file)
 {
-	json_t *line =
-		json_pack("{s:I,s:I,s:o,s:o}", "shot", (json_int_t)shot, "mid_exposure_ns",
-			  (json_int_t)sim_scene_mid_exposure_ns(scene, shot), "head",
-			  head_json(&truth->rt_stage_head), "markers", markers_json(scene, truth));
+	json_t *line = json_pack("{s:I,s:I,s:o,s:o}", "shot", (json_int_t)shot, "mid_exposure_ns",
+				 (json_int_t)sim_scene_mid_exposure_ns(scene, shot), "head",
+				 head_json(&truth->actors[0].rt_stage_head), "markers",
+				 markers_json(scene, truth));
 
 	if (!line)
 		return -ENOMEM;

@@ -50,7 +50,7 @@ static void print_head(const struct sim_truth *truth, const struct marker_set *s
 	       "%u\n",
 	       (unsigned long)set->shot, set->heads[0].valid, set->heads[0].rigid_count,
 	       1e3 * vec3_distance(pose_apply(&set->heads[0].rt_stage_head, nose),
-				   pose_apply(&truth->rt_stage_head, nose)),
+				   pose_apply(&truth->actors[0].rt_stage_head, nose)),
 	       1e3 * set->heads[0].residual_m, named, set->marker_count - set->label_count);
 }
 

@@ -78,7 +78,7 @@ void score_shot(struct score *score, const struct sim_truth *truth, const struct
 	if (set->heads[0].valid) {
 		struct vec3 nose = {0, 0, 0.1};
 		double error_m = vec3_distance(pose_apply(&set->heads[0].rt_stage_head, nose),
-					       pose_apply(&truth->rt_stage_head, nose));
+					       pose_apply(&truth->actors[0].rt_stage_head, nose));
 		score->head_error2_m2 += error_m * error_m;
 		score->heads++;
 	}

@@ -303,7 +303,7 @@ static void rendered_spots_lie_on_the_projected_truth(void **state)
 				&truth);
 		project_all(scene, 2, &truth, spots);
 		for (uint32_t m = 0; m < truth.marker_count; m++) {
-			if (!spots[m].alone || scene->face.layout.markers[m].rigid)
+			if (!spots[m].alone || scene->layout.markers[m].rigid)
 				continue;
 			int peak = measure(image, background, spots[m].pixel, found);
 
@@ -343,7 +343,7 @@ static void face_markers_are_bright_and_the_band_saturates(void **state)
 			int peak = measure(image, 10, pixel, found);
 
 			assert_true(peak > 10 + 15); /* what counts as seen can be found */
-			if (scene->face.layout.markers[m].rigid) {
+			if (scene->layout.markers[m].rigid) {
 				saturated += peak == 255;
 				continue;
 			}

@@ -74,8 +74,9 @@ static void marker_names_are_unique_and_flat_discs_lie_on_a_head(void **state)
 		assert_true(fabs(marker->neutral_m.x) < 80 * MM);
 		assert_true(fabs(marker->neutral_m.y) < 140 * MM);
 		assert_true(marker->neutral_m.z > 20 * MM && marker->neutral_m.z < 135 * MM);
-		assert_true(fabs(vec3_norm(scene->face.markers[m].normal) - 1) < 1e-9);
-		assert_true(vec3_dot(scene->face.markers[m].normal, marker->neutral_m) > 0);
+		assert_true(fabs(vec3_norm(scene->actors[0].face.markers[m].normal) - 1) < 1e-9);
+		assert_true(vec3_dot(scene->actors[0].face.markers[m].normal, marker->neutral_m) >
+			    0);
 		if (strstr(marker->name, "_l_"))
 			assert_true(marker->neutral_m.x > 0);
 		if (strstr(marker->name, "_r_"))
@@ -139,8 +140,8 @@ static struct speeds top_speeds(const struct sim_scene *scene)
 	for (double t = 0.4; t < 20; t += 0.02) {
 		scene_pose_markers(scene, t, &before);
 		scene_pose_markers(scene, t + step_s, &after);
-		struct pose back = pose_inverse(&before.rt_stage_head);
-		struct pose back_after = pose_inverse(&after.rt_stage_head);
+		struct pose back = pose_inverse(&before.actors[0].rt_stage_head);
+		struct pose back_after = pose_inverse(&after.actors[0].rt_stage_head);
 
 		for (uint32_t m = 0; m < before.marker_count; m++) {
 			struct vec3 a = before.markers[m].p_stage_m, b = after.markers[m].p_stage_m;
@@ -148,7 +149,7 @@ static struct speeds top_speeds(const struct sim_scene *scene)
 				vec3_distance(pose_apply(&back, a), pose_apply(&back_after, b));
 
 			top.face_m_s = fmax(top.face_m_s, on_head / step_s);
-			if (scene->face.layout.markers[m].rigid)
+			if (scene->layout.markers[m].rigid)
 				top.band_m_s = fmax(top.band_m_s, vec3_distance(a, b) / step_s);
 		}
 	}
@@ -190,7 +191,8 @@ static void turning_head_turns_sixty_degrees(void **state)
 	(void)state;
 	for (double t = 0; t < 15; t += 0.05) {
 		scene_pose_markers(scene, t, &truth);
-		double yaw = atan2(-truth.rt_stage_head.r[0][2], truth.rt_stage_head.r[1][2]);
+		double yaw = atan2(-truth.actors[0].rt_stage_head.r[0][2],
+				   truth.actors[0].rt_stage_head.r[1][2]);
 
 		least = fmin(least, yaw);
 		most = fmax(most, yaw);
@@ -208,7 +210,8 @@ static void head_band_does_not_move_with_the_skin(void **state)
 	(void)state;
 	scene_pose_markers(scene, 3.21, &truth);
 	for (uint32_t m = 0; m < layout->marker_count; m++) {
-		struct vec3 p = pose_apply(&truth.rt_stage_head, layout->markers[m].neutral_m);
+		struct vec3 p =
+			pose_apply(&truth.actors[0].rt_stage_head, layout->markers[m].neutral_m);
 		double moved_m = vec3_distance(p, truth.markers[m].p_stage_m);
 
 		if (layout->markers[m].rigid)
@@ -229,7 +232,7 @@ static void frontal_markers_are_seen_by_three_of_four(void **state)
 
 		sim_scene_truth(scene, 0, &truth);
 		for (uint32_t m = 0; m < truth.marker_count; m++) {
-			const struct face_marker *marker = &scene->face.markers[m];
+			const struct face_marker *marker = &scene->actors[0].face.markers[m];
 
 			if (marker->normal.z > cos(35 * M_PI / 180) && !marker->on_nose)
 				assert_true(__builtin_popcount(truth.markers[m].visible_mask) >= 3);
@@ -290,11 +293,11 @@ static void face_leaves_neutral_smoothly(void **state)
 	struct sim_scene *scene = make("talking", 1, 4);
 
 	(void)state;
-	motion_expressions(&scene->motion, 0, weights);
+	motion_expressions(&scene->actors[0].motion, 0, weights);
 	for (int e = 0; e < EXPRESSION_COUNT; e++)
 		assert_true(weights[e] == 0);
 	for (double t = 0; t < 10; t += 0.01) {
-		motion_expressions(&scene->motion, t, weights);
+		motion_expressions(&scene->actors[0].motion, t, weights);
 		for (int e = 0; e < EXPRESSION_COUNT; e++)
 			assert_in_range((int)(weights[e] * 1000), 0, 1000);
 	}
