@@ -237,6 +237,30 @@ static void read_cameras(struct yaml *yaml, const struct yaml_value *value, void
 		yaml_complain(yaml, value->place, value->field, "no camera in the list");
 }
 
+static void read_layout(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	static const struct yaml_key path = {"layout", YAML_TEXT, .size = PATH_MAX};
+	struct config *config = target;
+
+	if (config->layout_count == ACTOR_MAX)
+		yaml_complain(yaml, value->place, value->field, "more than %d layouts", ACTOR_MAX);
+	else
+		yaml_read_scalar(yaml, value, &path, config->layout_paths[config->layout_count++]);
+}
+
+static void read_layouts(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	struct yaml_value item;
+	char field[YAML_FIELD_BYTES];
+	void *iterator = NULL;
+	int index = -1;
+
+	while (yaml_next_item(yaml, value, &iterator, &index, &item, field) && index <= ACTOR_MAX)
+		read_layout(yaml, &item, target);
+	if (index < 0 && fy_node_is_sequence(value->node))
+		yaml_complain(yaml, value->place, value->field, "no layout in the list");
+}
+
 static void read_hd(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
 	struct reading *reading = target;
@@ -248,7 +272,8 @@ static void read_hd(struct yaml *yaml, const struct yaml_value *value, void *tar
 
 static const struct yaml_key keys[] = {
 	{"rig", YAML_TEXT, AT(rig_dir), true, .size = PATH_MAX},
-	{"layout", YAML_TEXT, AT(layout_path), true, .size = PATH_MAX},
+	{"layout", YAML_CUSTOM, .read = read_layout},
+	{"layouts", YAML_CUSTOM, .read = read_layouts},
 	{"cameras", YAML_CUSTOM, .required = true, .read = read_cameras},
 	{"trigger", YAML_TEXT, AT(trigger), .size = sizeof(((struct config *)0)->trigger)},
 	{"rate_hz", YAML_CUSTOM, .read = read_rate},
@@ -269,7 +294,8 @@ static const struct yaml_key keys[] = {
 enum {
 	KEY_RIG,
 	KEY_LAYOUT,
-	KEY_RATE = 4,
+	KEY_LAYOUTS,
+	KEY_RATE = 5,
 	KEY_EXPOSURE,
 	KEY_IR_DELAY,
 	KEY_STROBE_DELAY,
@@ -310,6 +336,21 @@ static void resolve(struct yaml *yaml, const struct config *config, char path[PA
 			      joined, length_max);
 	else
 		memcpy(path, joined, strlen(joined) + 1);
+}
+
+static void resolve_layouts(struct yaml *yaml, struct config *config,
+			    const struct yaml_place *places, const struct yaml_value *root)
+{
+	struct yaml_place one = places[KEY_LAYOUT], several = places[KEY_LAYOUTS];
+
+	if (!one.line && !several.line && fy_node_is_mapping(root->node))
+		yaml_complain(yaml, root->place, "layout", "missing");
+	if (one.line && several.line)
+		yaml_complain(yaml, several, "layouts",
+			      "layout stands in line %d: write one of the two", one.line);
+	for (uint32_t i = 0; i < config->layout_count; i++)
+		resolve(yaml, config, config->layout_paths[i], one.line ? one : several, "layout",
+			PATH_MAX - 1);
 }
 
 static void finish_plan(struct yaml *yaml, struct reading *reading, const struct yaml_place *places,
@@ -369,7 +410,7 @@ static void read_config(struct yaml *yaml, struct reading *reading)
 	finish_plan(yaml, reading, places, root.place);
 	sim_faults_finish(yaml, &config->sim_faults, config->cameras, config->camera_count);
 	resolve(yaml, config, config->rig_dir, places[KEY_RIG], "rig", PATH_MAX - NAME_BYTES - 16);
-	resolve(yaml, config, config->layout_path, places[KEY_LAYOUT], "layout", PATH_MAX - 1);
+	resolve_layouts(yaml, config, places, &root);
 	resolve(yaml, config, config->socket_dir, places[KEY_SOCKET_DIR], "socket_dir",
 		108 - 1 - SOCKET_NAME_MAX);
 }

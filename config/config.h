@@ -35,7 +35,8 @@ struct config {
 	char path[PATH_MAX];
 	char base_dir[PATH_MAX]; /* the directory that relative paths start from */
 	char rig_dir[PATH_MAX];
-	char layout_path[PATH_MAX];
+	uint32_t layout_count; /* at least one; an actor each */
+	char layout_paths[ACTOR_MAX][PATH_MAX];
 	char socket_dir[PATH_MAX]; /* stream.sock and control.sock; default /run/stage */
 	char trigger[64];          /* address; default "free" */
 	struct trigger_plan plan;  /* period from rate_hz (default 120) */

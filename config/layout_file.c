@@ -11,7 +11,7 @@
 
 #define LAYOUT_SIZE_MAX (1 << 20)
 #define MARKERS_MIN 4   /* a rigid pose needs three; one may be hidden */
-#define REACH_MAX_M 1.0 /* of a marker from the head's origin */
+#define REACH_MAX_M 2.0 /* of a marker from the head's origin, feet included */
 #define APART_MIN_M 0.0005
 #define DIAMETER_M 0.0015 /* what faces usually wear */
 
@@ -60,10 +60,16 @@ static const struct yaml_key marker_keys[] = {
 	{"group", YAML_NAME, AT(group), .size = NAME_BYTES},
 	{"rigid", YAML_BOOL, .offset = AT(rigid)},
 	{"diameter_m", YAML_DOUBLE, AT(diameter_m), .min = 0.0002, .max = 0.1, .unit = "metres"},
+	{"segment", YAML_NAME, AT(segment), .size = NAME_BYTES},
 	{0},
 };
 
-enum { MARKER_NAME, MARKER_NEUTRAL, MARKER_KEY_COUNT = 5 };
+enum {
+	MARKER_NAME,
+	MARKER_NEUTRAL,
+	MARKER_RIGID = 3,
+	MARKER_KEY_COUNT = 6,
+};
 
 /* Compares marker `index` with those before it. */
 static void check_alone(struct yaml *yaml, const struct reading *r, uint32_t index)
@@ -90,6 +96,22 @@ static void check_alone(struct yaml *yaml, const struct reading *r, uint32_t ind
 	}
 }
 
+/* The skull is the head's, and a segment has its own stiffness. */
+static void check_segment(struct yaml *yaml, const struct reading *r, uint32_t index,
+			  const struct yaml_place *places)
+{
+	const struct layout_marker *marker = &r->layout.markers[index];
+	char field[YAML_FIELD_BYTES];
+
+	if (!marker->rigid || !marker->segment[0])
+		return;
+	snprintf(field, sizeof(field), "markers[%u].rigid", index);
+	yaml_complain(yaml, places[MARKER_RIGID], field,
+		      "rigid is of markers on the skull; this one is of segment '%s', which is "
+		      "rigid anyway: leave it out",
+		      marker->segment);
+}
+
 static void read_marker(struct yaml *yaml, const struct yaml_value *value, struct reading *r)
 {
 	uint32_t index = r->layout.marker_count;
@@ -105,6 +127,7 @@ static void read_marker(struct yaml *yaml, const struct yaml_value *value, struc
 		r->neutrals[index] = places[MARKER_NEUTRAL];
 	yaml->failed |= failed_before;
 	check_alone(yaml, r, index);
+	check_segment(yaml, r, index, places);
 	r->layout.marker_count++;
 }
 
@@ -131,7 +154,7 @@ static void read_markers(struct yaml *yaml, const struct yaml_value *value, void
 
 static const struct yaml_key keys[] = {
 	{"markers", YAML_CUSTOM, .required = true, .read = read_markers},
-	{"actor", YAML_NAME, offsetof(struct reading, layout.actor), .size = NAME_BYTES},
+	{"actor", YAML_NAME, offsetof(struct reading, layout.actors[0].name), .size = NAME_BYTES},
 	{0},
 };
 
@@ -149,7 +172,41 @@ int layout_load(struct layout *layout, const char *path, struct diag *diag)
 	yaml_read_mapping(&yaml, &root, keys, &reading, NULL);
 	err = yaml.failed ? -EINVAL : 0;
 	yaml_close(&yaml);
+	reading.layout.actor_count = 1;
+	reading.layout.actors[0].count = reading.layout.marker_count;
 	if (!err)
 		*layout = reading.layout;
 	return err;
+}
+
+/* Why an actor cannot join the others, or NULL. */
+static const char *cannot_join(const struct layout *all, const struct layout *one)
+{
+	if (all->actor_count == ACTOR_MAX)
+		return "too many actors";
+	if (all->marker_count + one->marker_count > LABEL_MAX)
+		return "too many markers of all actors together";
+	if (all->actor_count > 0 && !(one->actors[0].name[0] && all->actors[0].name[0]))
+		return "actor: missing here or in the first layout; each of several names its own";
+	for (uint32_t a = 0; a < all->actor_count; a++)
+		if (strcmp(all->actors[a].name, one->actors[0].name) == 0)
+			return "actor: an earlier layout has this name";
+	return NULL;
+}
+
+int layout_join(struct layout *all, const struct layout *one, const char *path, struct diag *diag)
+{
+	const char *why = cannot_join(all, one);
+
+	if (why) {
+		diag_add(diag, "%s: %s", path, why);
+		return -EINVAL;
+	}
+	struct layout_actor *actor = &all->actors[all->actor_count++];
+	*actor = one->actors[0];
+	actor->first = all->marker_count;
+	memcpy(all->markers + all->marker_count, one->markers,
+	       one->marker_count * sizeof(one->markers[0]));
+	all->marker_count += one->marker_count;
+	return 0;
 }

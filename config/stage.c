@@ -59,13 +59,31 @@ int stage_load_rig_again(const struct stage *stage, struct rig *rig, struct trac
 	return err;
 }
 
+/* The layouts behind one another. */
+static int load_layouts(struct stage *stage, struct diag *diag)
+{
+	static struct layout one; /* control thread only; too large for its stack */
+	int first_err = 0;
+
+	for (uint32_t i = 0; i < stage->config.layout_count; i++) {
+		const char *path = stage->config.layout_paths[i];
+		int err = layout_load(&one, path, diag);
+
+		if (!err)
+			err = layout_join(&stage->layout, &one, path, diag);
+		if (!first_err)
+			first_err = err;
+	}
+	return first_err;
+}
+
 int stage_load(struct stage *stage, const char *config_path, struct diag *diag)
 {
 	memset(stage, 0, sizeof(*stage));
 	int err = config_load(&stage->config, config_path, diag);
 	if (err)
 		return err;
-	int layout_err = layout_load(&stage->layout, stage->config.layout_path, diag);
+	int layout_err = load_layouts(stage, diag);
 	number_views(stage);
 	int rig_err = load_rig(stage, &stage->rig, &stage->tracking, diag);
 

@@ -66,17 +66,34 @@ static int check(struct stage *stage, const char *path, struct diag *diag)
 	return err || unknown || scene_err ? EXIT_CODE_BAD_INPUT : EXIT_CODE_OK;
 }
 
+static uint32_t count_rigid(const struct layout *layout, const struct layout_actor *actor)
+{
+	uint32_t count = 0;
+
+	for (uint32_t m = actor->first; m < actor->first + actor->count; m++)
+		count += layout->markers[m].rigid;
+	return count;
+}
+
+static void print_layouts(const struct stage *stage)
+{
+	for (uint32_t a = 0; a < stage->layout.actor_count; a++) {
+		const struct layout_actor *actor = &stage->layout.actors[a];
+
+		printf("layout   %s, %u markers, %u of them rigid%s%s\n",
+		       stage->config.layout_paths[a], actor->count,
+		       count_rigid(&stage->layout, actor), actor->name[0] ? ", actor " : "",
+		       actor->name);
+	}
+}
+
 static void print_summary(const struct stage *stage)
 {
 	const struct config *config = &stage->config;
-	uint32_t rigid_count = 0;
 
-	for (uint32_t m = 0; m < stage->layout.marker_count; m++)
-		rigid_count += stage->layout.markers[m].rigid;
 	printf("%s: good\n", config->path);
 	printf("rig      %s, revision %s\n", config->rig_dir, stage->rig.revision);
-	printf("layout   %s, %u markers, %u of them rigid\n", config->layout_path,
-	       stage->layout.marker_count, rigid_count);
+	print_layouts(stage);
 	printf("trigger  %s, %.3f Hz\n", config->trigger, 1e9 / (double)config->plan.period_ns);
 	for (uint32_t c = 0; c < config->camera_count; c++) {
 		const struct config_camera *camera = &config->cameras[c];
@@ -84,6 +101,21 @@ static void print_summary(const struct stage *stage)
 		printf("camera   %-12s %-3s %s\n", camera->name,
 		       camera->role == ROLE_IR ? "ir" : "hd", camera->address);
 	}
+}
+
+static json_t *layouts_json(const struct stage *stage)
+{
+	json_t *layouts = json_array();
+
+	for (uint32_t a = 0; a < stage->layout.actor_count; a++) {
+		const struct layout_actor *actor = &stage->layout.actors[a];
+
+		json_array_append_new(layouts,
+				      json_pack("{s:s, s:s, s:I}", "layout",
+						stage->config.layout_paths[a], "actor", actor->name,
+						"markers", (json_int_t)actor->count));
+	}
+	return layouts;
 }
 
 static json_t *summary_json(const struct stage *stage)
@@ -96,9 +128,9 @@ static json_t *summary_json(const struct stage *stage)
 				      json_pack("{s:s, s:s, s:s}", "name", config->cameras[c].name,
 						"address", config->cameras[c].address, "role",
 						config->cameras[c].role == ROLE_IR ? "ir" : "hd"));
-	return json_pack("{s:s, s:s, s:s, s:s, s:I, s:s, s:o}", "config", config->path, "rig",
-			 config->rig_dir, "rig_revision", stage->rig.revision, "layout",
-			 config->layout_path, "markers", (json_int_t)stage->layout.marker_count,
+	return json_pack("{s:s, s:s, s:s, s:o, s:I, s:s, s:o}", "config", config->path, "rig",
+			 config->rig_dir, "rig_revision", stage->rig.revision, "layouts",
+			 layouts_json(stage), "markers", (json_int_t)stage->layout.marker_count,
 			 "trigger", config->trigger, "cameras", cameras);
 }
 

@@ -116,7 +116,7 @@ void shot_json_write(FILE *out, const struct marker_set *set, const struct layou
 		if (!first)
 			putc(',', out);
 		first = false;
-		write_head(out, &set->heads[h], layout->actor);
+		write_head(out, &set->heads[h], layout->actors[h].name);
 	}
 	fputs("]}\n", out);
 }

@@ -124,10 +124,11 @@ static int decode_cameras(struct arena *arena, const Stage__V1__Description *fro
 static int decode_label(const Stage__V1__LayoutMarker *from, uint32_t actor, struct stage_label *to)
 {
 	if (!decode_text_is_clean(from->name) || !decode_text_is_clean(from->group) ||
-	    from->n_neutral_m != 3)
+	    !decode_text_is_clean(from->segment) || from->n_neutral_m != 3)
 		return -EPROTO;
 	*to = (struct stage_label){.name = from->name,
 				   .group = from->group,
+				   .segment = from->segment,
 				   .actor = actor,
 				   .rigid = from->rigid,
 				   .diameter_m = from->diameter_m};
@@ -230,12 +231,24 @@ static int decode_heads(struct decoder *decoder, const Stage__V1__MarkerSet *fro
 			return -EPROTO;
 		heads[i] = (struct stage_head){.actor = head->actor,
 					       .residual_m = head->residual_m,
-					       .rigid_count = head->rigid_count};
+					       .rigid_count = head->rigid_count,
+					       .jig_slip = head->jig_slip,
+					       .slip_m = head->slip_m};
 		memcpy(heads[i].q_wxyz, head->q_wxyz, sizeof(heads[i].q_wxyz));
 		memcpy(heads[i].t_m, head->t_m, sizeof(heads[i].t_m));
 	}
 	to->head_count = (uint32_t)from->n_heads;
 	to->heads = heads;
+	return 0;
+}
+
+/* Three coordinates, or none. */
+static int decode_layer(const float *from, size_t count, float to_m[3])
+{
+	if (count != 0 && count != 3)
+		return -EPROTO;
+	for (int i = 0; i < 3; i++)
+		to_m[i] = count ? from[i] : NAN;
 	return 0;
 }
 
@@ -250,12 +263,17 @@ static int decode_marker(const Stage__V1__Marker *from, uint32_t label_count,
 				    .p_m = {from->x_m, from->y_m, from->z_m},
 				    .residual_px = from->residual_px,
 				    .camera_mask = from->camera_mask,
-				    .camera_count = from->camera_count};
+				    .camera_count = from->camera_count,
+				    .confidence = from->confidence,
+				    .gone = from->gone,
+				    .ghost = from->ghost};
 	if (to->status == STAGE_MISSING)
 		to->p_m[0] = to->p_m[1] = to->p_m[2] = NAN;
 	for (int i = 0; i < 6; i++)
 		to->cov_m2[i] = from->n_cov_m2 ? from->cov_m2[i] : NAN;
-	return 0;
+	if (decode_layer(from->stabilised_m, from->n_stabilised_m, to->stabilised_m) < 0)
+		return -EPROTO;
+	return decode_layer(from->normalised_m, from->n_normalised_m, to->normalised_m);
 }
 
 static int decode_markers(struct decoder *decoder, const Stage__V1__MarkerSet *from,

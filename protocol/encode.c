@@ -14,8 +14,8 @@
 #include "protocol/encode_parts.h"
 
 /* The largest packed sizes that the fields of stage.proto can take, with room to spare. */
-#define MARKER_BYTES_MAX 112
-#define HEAD_BYTES_MAX 96
+#define MARKER_BYTES_MAX 160
+#define HEAD_BYTES_MAX 112
 #define SET_BYTES_MAX (256 + HEAD_MAX * HEAD_BYTES_MAX + MARKER_MAX * MARKER_BYTES_MAX)
 
 #define TAG_SETS_LOST ((15 << 3) | 0) /* Message.sets_lost, a varint */
@@ -27,7 +27,7 @@ struct encoder {
 	Stage__V1__Head heads[HEAD_MAX], *head_pointers[HEAD_MAX];
 	Stage__V1__Marker markers[MARKER_MAX], *marker_pointers[MARKER_MAX];
 	double q_wxyz[HEAD_MAX][4], t_m[HEAD_MAX][3];
-	float cov_m2[MARKER_MAX][6];
+	float cov_m2[MARKER_MAX][6], stabilised_m[MARKER_MAX][3], normalised_m[MARKER_MAX][3];
 	uint8_t frame[FRAME_HEADER_BYTES + SET_BYTES_MAX + FRAME_TAIL_BYTES];
 };
 
@@ -64,6 +64,8 @@ int encoder_create(struct encoder **out)
 		stage__v1__marker__init(&e->markers[i]);
 		e->marker_pointers[i] = &e->markers[i];
 		e->markers[i].cov_m2 = e->cov_m2[i];
+		e->markers[i].stabilised_m = e->stabilised_m[i];
+		e->markers[i].normalised_m = e->normalised_m[i];
 	}
 	*out = e;
 	return 0;
@@ -85,6 +87,8 @@ static void fill_head(struct encoder *e, uint32_t slot, uint32_t actor, const st
 	to->actor = actor;
 	to->residual_m = head->residual_m;
 	to->rigid_count = head->rigid_count;
+	to->jig_slip = head->jig_slip;
+	to->slip_m = head->slip_m;
 }
 
 /* A missing marker keeps its label and status; zero fields take no room on the wire. */
@@ -104,6 +108,13 @@ static void fill_marker(struct encoder *e, uint32_t slot, const struct marker *f
 	to->residual_px = known ? from->residual_px : 0;
 	to->camera_mask = known ? from->camera_mask : 0;
 	to->camera_count = known ? from->camera_count : 0;
+	to->confidence = known ? from->confidence : 0;
+	to->gone = from->flags & MARKER_GONE;
+	to->ghost = from->flags & MARKER_GHOST;
+	to->n_stabilised_m = known && from->flags & MARKER_STABILISED ? 3 : 0;
+	to->n_normalised_m = known && from->flags & MARKER_NORMALISED ? 3 : 0;
+	memcpy(e->stabilised_m[slot], from->stabilised_m, sizeof(from->stabilised_m));
+	memcpy(e->normalised_m[slot], from->normalised_m, sizeof(from->normalised_m));
 }
 
 static void fill_set(struct encoder *e, const struct marker_set *from, int64_t sent_ns)
@@ -174,7 +185,7 @@ int encode_frame(const Stage__V1__Message *message, uint8_t **frame, size_t *siz
 struct description_parts {
 	Stage__V1__Clock clock;
 	Stage__V1__Camera cameras[CAMERA_MAX], *camera_pointers[CAMERA_MAX];
-	Stage__V1__Actor actor, *actor_pointer;
+	Stage__V1__Actor actors[ACTOR_MAX], *actor_pointers[ACTOR_MAX];
 	Stage__V1__LayoutMarker markers[LABEL_MAX], *marker_pointers[LABEL_MAX];
 	double neutral_m[LABEL_MAX][3];
 };
@@ -204,27 +215,35 @@ static void fill_camera(Stage__V1__Camera *to, const struct stream_camera *from)
 	to->height_px = from->height_px;
 }
 
-static void fill_actor(struct description_parts *parts, const struct layout *layout)
+static void fill_label(Stage__V1__LayoutMarker *to, double neutral_m[3],
+		       const struct layout_marker *from)
 {
-	stage__v1__actor__init(&parts->actor);
-	parts->actor_pointer = &parts->actor;
-	parts->actor.name = encode_text(layout->actor);
-	parts->actor.n_markers = layout->marker_count;
-	parts->actor.markers = parts->marker_pointers;
-	for (uint32_t i = 0; i < layout->marker_count; i++) {
-		const struct layout_marker *from = &layout->markers[i];
-		Stage__V1__LayoutMarker *to = parts->marker_pointers[i] = &parts->markers[i];
+	stage__v1__layout_marker__init(to);
+	to->name = encode_text(from->name);
+	to->group = encode_text(from->group);
+	to->segment = encode_text(from->segment);
+	to->rigid = from->rigid;
+	to->diameter_m = from->diameter_m;
+	neutral_m[0] = from->neutral_m.x;
+	neutral_m[1] = from->neutral_m.y;
+	neutral_m[2] = from->neutral_m.z;
+	to->n_neutral_m = 3;
+	to->neutral_m = neutral_m;
+}
 
-		stage__v1__layout_marker__init(to);
-		to->name = encode_text(from->name);
-		to->group = encode_text(from->group);
-		to->rigid = from->rigid;
-		to->diameter_m = from->diameter_m;
-		parts->neutral_m[i][0] = from->neutral_m.x;
-		parts->neutral_m[i][1] = from->neutral_m.y;
-		parts->neutral_m[i][2] = from->neutral_m.z;
-		to->n_neutral_m = 3;
-		to->neutral_m = parts->neutral_m[i];
+static void fill_actors(struct description_parts *parts, const struct layout *layout)
+{
+	for (uint32_t i = 0; i < layout->marker_count; i++) {
+		parts->marker_pointers[i] = &parts->markers[i];
+		fill_label(&parts->markers[i], parts->neutral_m[i], &layout->markers[i]);
+	}
+	for (uint32_t a = 0; a < layout->actor_count; a++) {
+		Stage__V1__Actor *to = parts->actor_pointers[a] = &parts->actors[a];
+
+		stage__v1__actor__init(to);
+		to->name = encode_text(layout->actors[a].name);
+		to->n_markers = layout->actors[a].count;
+		to->markers = parts->marker_pointers + layout->actors[a].first;
 	}
 }
 
@@ -248,9 +267,9 @@ static void fill_description(Stage__V1__Description *to, struct description_part
 		parts->camera_pointers[i] = &parts->cameras[i];
 		fill_camera(&parts->cameras[i], &from->cameras[i]);
 	}
-	fill_actor(parts, from->layout);
-	to->n_actors = 1;
-	to->actors = &parts->actor_pointer;
+	fill_actors(parts, from->layout);
+	to->n_actors = from->layout->actor_count;
+	to->actors = parts->actor_pointers;
 	fill_clock(&parts->clock);
 	to->clock = &parts->clock;
 }

@@ -40,6 +40,7 @@ struct stage_camera {
 struct stage_label {
 	const char *name;
 	const char *group;
+	const char *segment; /* of the body, which moves as one; empty: the head */
 	uint32_t actor;
 	bool rigid; /* moves with the skull */
 	double diameter_m;
@@ -80,6 +81,11 @@ struct stage_marker {
 	float cov_m2[6]; /* xx xy xz yy yz zz; NaN when not given */
 	float residual_px;
 	uint32_t camera_mask, camera_count;
+	float confidence;      /* that the name is right, 0 to 1; 0 without a name or unseen */
+	float stabilised_m[3]; /* coordinates of the actor's head; NaN when not known */
+	float normalised_m[3]; /* the same as the actor's master neutral would have it; NaN too */
+	bool gone;             /* a label that has fallen off: cameras should see it and do not */
+	bool ghost; /* without a name: a light that stands still on the stage or on a head */
 };
 
 /* Head to stage coordinates: p_stage = R(q) p_head + t. */
@@ -89,6 +95,8 @@ struct stage_head {
 	double t_m[3];
 	double residual_m;
 	uint32_t rigid_count;
+	bool jig_slip; /* the rigid markers sit elsewhere on the skull than they did */
+	double slip_m; /* by how much they and the skin disagree */
 };
 
 struct stage_marker_set {

@@ -181,7 +181,6 @@ void face_init(struct face *face, uint64_t seed)
 	memset(face, 0, sizeof(*face));
 	rng_init(&rng, seed, 1);
 	shape = shape_of(&rng);
-	snprintf(face->layout.actor, sizeof(face->layout.actor), "sim");
 	face->skull = (struct ellipsoid){.axes_m = vec3_scale(shape.axes_m, 0.97)};
 	struct vec3 nose = surface_point(&shape, 0, -14);
 	face->nose = (struct ellipsoid){.centre_m = {0, nose.y, nose.z - 14 * MM},
@@ -196,6 +195,8 @@ void face_init(struct face *face, uint64_t seed)
 	}
 	for (int i = 0; i < FACE_BAND_COUNT; i++)
 		add_band_marker(face, &shape, &rng, i);
+	face->layout.actor_count = 1;
+	face->layout.actors[0] = (struct layout_actor){"sim", 0, face->layout.marker_count};
 }
 
 struct vec3 face_marker_place(const struct face *face, uint32_t index,

@@ -26,7 +26,7 @@ static void print_layout(FILE *file, const struct sim_scene *scene)
 {
 	const struct layout *layout = &scene->layout;
 
-	fprintf(file, "actor: %s\nmarkers:\n", layout->actor);
+	fprintf(file, "actor: %s\nmarkers:\n", layout->actors[0].name);
 	for (uint32_t m = 0; m < layout->marker_count; m++) {
 		const struct layout_marker *k = &layout->markers[m];
 

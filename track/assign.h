@@ -6,8 +6,8 @@
 
 #include <stdint.h>
 
-#define ASSIGN_ROW_MAX 256
-#define ASSIGN_COLUMN_MAX 768
+#define ASSIGN_ROW_MAX 768
+#define ASSIGN_COLUMN_MAX 1024
 #define ASSIGN_EDGE_MAX (ASSIGN_ROW_MAX * 10)
 #define ASSIGN_NONE (-1)
 

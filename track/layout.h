@@ -1,6 +1,7 @@
 /*
- * The markers that an actor wears: names and neutral places in head coordinates
- * (x to the subject's left, y up, z out of the face; metres).
+ * The markers that the actors wear, one actor after the other: names and neutral places in the
+ * coordinates of the actor's own head (x to the subject's left, y up, z out of the face; metres).
+ * A label is an index over all of them.
  */
 #pragma once
 
@@ -11,17 +12,26 @@
 #include "track/observe.h"
 
 #define NAME_BYTES 64 /* of a marker, group, camera or actor, with the NUL */
+#define ACTOR_MAX HEAD_MAX
 
 struct layout_marker {
 	char name[NAME_BYTES];
 	char group[NAME_BYTES];
-	bool rigid; /* moves with the skull: head band, not skin */
-	struct vec3 neutral_m;
+	char segment[NAME_BYTES]; /* of the body, which moves as one; empty: the head */
+	bool rigid;               /* moves with the skull: head band, not skin */
+	struct vec3 neutral_m;    /* of the body: in the neutral pose, the head looking ahead */
 	double diameter_m;
 };
 
+/* The markers first .. first + count are this actor's. */
+struct layout_actor {
+	char name[NAME_BYTES]; /* unique; empty when the only one has none */
+	uint32_t first, count;
+};
+
 struct layout {
-	char actor[NAME_BYTES];
+	uint32_t actor_count;
+	struct layout_actor actors[ACTOR_MAX];
 	uint32_t marker_count;
 	struct layout_marker markers[LABEL_MAX];
 };

@@ -11,7 +11,7 @@
 #include "track/tracker.h"
 #include "track/triangulate.h"
 
-#define POINT_MAX 768
+#define POINT_MAX 1024
 #define BLOB_NONE (-1)
 
 struct point {

@@ -8,11 +8,11 @@
 
 #include "base/geometry.h"
 
-#define CAMERA_MAX 32  /* a camera mask is 32 bits */
-#define BLOB_MAX 768   /* per camera and shot */
-#define LABEL_MAX 256  /* markers in a layout */
-#define MARKER_MAX 512 /* markers in a set: the labels first, then those without a name */
-#define HEAD_MAX 1
+#define CAMERA_MAX 32   /* a camera mask is 32 bits */
+#define BLOB_MAX 1024   /* per camera and shot */
+#define LABEL_MAX 768   /* markers of all actors together */
+#define MARKER_MAX 1024 /* markers in a set: the labels first, then those without a name */
+#define HEAD_MAX 6      /* one per actor */
 
 enum blob_flag {
 	BLOB_SATURATED = 1, /* a pixel at the top of the range */
@@ -64,19 +64,32 @@ enum marker_status {
 
 #define LABEL_NONE (-1)
 
+enum marker_flag {
+	MARKER_GONE = 1,       /* a label: cameras that should see it have not for long; fell off */
+	MARKER_GHOST = 2,      /* no label: stands still on the stage or on a head; no marker */
+	MARKER_STABILISED = 4, /* stabilised_m is known */
+	MARKER_NORMALISED = 8, /* normalised_m is known too: the day's offset was learned */
+};
+
 struct marker {
 	int16_t label;  /* index into the layout, or LABEL_NONE */
 	uint8_t status; /* enum marker_status */
 	uint8_t camera_count;
 	uint32_t camera_mask;
+	uint32_t flags;        /* enum marker_flag */
+	float confidence;      /* that the name is right, 0 to 1; 0 without a name or unseen */
+	float residual_px;     /* rms of the reprojection; 0 when no camera sees it */
+	float stabilised_m[3]; /* in the coordinates of its actor's head */
+	float normalised_m[3]; /* the same as the master neutral would have it */
 	struct vec3 p_stage_m;
-	double cov_m2[6];  /* xx xy xz yy yz zz, stage axes */
-	float residual_px; /* rms of the reprojection; 0 when no camera sees it */
+	double cov_m2[6]; /* xx xy xz yy yz zz, stage axes */
 };
 
 struct head {
 	uint8_t valid;
 	uint8_t rigid_count; /* rigid markers in the fit */
+	uint8_t jig_slip;    /* the rigid markers sit elsewhere on the skull than they did */
+	double slip_m;       /* by how much they and the skin disagree */
 	struct pose rt_stage_head;
 	double residual_m; /* rms distance of the rigid markers from the fitted head */
 };
@@ -100,7 +113,7 @@ struct marker_set {
 	uint32_t is_hd;        /* the HD cameras expose in this shot; then: */
 	uint32_t hd_phase;     /* shot % hd_divider */
 	uint64_t hd_index;     /* shot / hd_divider: frame number of every HD camera */
-	uint32_t head_count;
+	uint32_t head_count;   /* one per actor of the layout, valid or not */
 	struct head heads[HEAD_MAX];
 	struct marker markers[MARKER_MAX];
 };

@@ -63,7 +63,7 @@ static void five_lines_are_a_configuration(void **state)
 	assert_null(diag.text);
 	assert_string_equal(config.base_dir, "/tmp");
 	assert_string_equal(config.rig_dir, "/tmp/rig");
-	assert_string_equal(config.layout_path, "/tmp/face.yaml");
+	assert_string_equal(config.layout_paths[0], "/tmp/face.yaml");
 	assert_string_equal(config.socket_dir, "/run/stage");
 	assert_string_equal(config.trigger, "free");
 	assert_int_equal(config.plan.period_ns, 8333333);
@@ -122,6 +122,21 @@ static void every_key_is_read(void **state)
 	assert_true(config.cameras[0].wanted.gain_db == 6.5);
 }
 
+static void several_actors_have_a_layout_each(void **state)
+{
+	(void)state;
+	assert_int_equal(load("rig: rig\nlayouts: [anna.yaml, /srv/ben.yaml]\n" CAMERAS, NULL), 0);
+	assert_int_equal(config.layout_count, 2);
+	assert_string_equal(config.layout_paths[0], "/tmp/anna.yaml");
+	assert_string_equal(config.layout_paths[1], "/srv/ben.yaml");
+	expect_messages("rig: rig\nlayouts: []\n" CAMERAS,
+			"2:1: layouts: no layout in the list\n");
+	expect_messages("rig: rig\nlayouts: [a, b, c, d, e, f, g]\n" CAMERAS,
+			"2:29: layouts[6]: more than 6 layouts\n");
+	expect_messages(HEAD "layouts: [a]\n" CAMERAS,
+			"3:10: layouts: layout stands in line 2: write one of the two\n");
+}
+
 static void json_is_read_too(void **state)
 {
 	struct diag diag = {0};
@@ -165,7 +180,8 @@ static void unknown_keys_are_refused_with_a_suggestion(void **state)
 		"6:7: sim.wheels: unknown key; known here: scene, seed, epoch_ns, clock, faults\n");
 	expect_messages(
 		HEAD CAMERAS "<<: {rate_hz: 3}\n",
-		"6:1: <<: unknown key; known here: rig, layout, cameras, trigger, rate_hz, "
+		"6:1: <<: unknown key; known here: rig, layout, layouts, cameras, trigger, "
+		"rate_hz, "
 		"exposure_us, ir_delay_us, strobe_delay_us, strobe_width_us, strobe_duty_max, hd, "
 		"socket_dir, blobs, tracking, sim\n");
 	expect_messages(HEAD CAMERAS "[a]: 3\n", "6:2: a key must be a plain word\n");
@@ -434,6 +450,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(five_lines_are_a_configuration),
 		cmocka_unit_test(every_key_is_read),
+		cmocka_unit_test(several_actors_have_a_layout_each),
 		cmocka_unit_test(json_is_read_too),
 		cmocka_unit_test(all_errors_come_in_one_run),
 		cmocka_unit_test(unknown_keys_are_refused_with_a_suggestion),

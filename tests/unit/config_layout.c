@@ -56,7 +56,7 @@ static void a_name_and_a_place_are_enough(void **state)
 	(void)state;
 	assert_int_equal(load(FOUR, &diag), 0);
 	assert_null(diag.text);
-	assert_string_equal(layout.actor, "");
+	assert_string_equal(layout.actors[0].name, "");
 	assert_int_equal(layout.marker_count, 4);
 	assert_string_equal(layout.markers[1].name, "b");
 	assert_string_equal(layout.markers[1].group, "");
@@ -67,7 +67,54 @@ static void a_name_and_a_place_are_enough(void **state)
 	assert_true(layout.markers[3].rigid);
 	assert_true(layout.markers[3].diameter_m == 0.003);
 	assert_int_equal(load(FOUR "actor: anna\n", &diag), 0);
-	assert_string_equal(layout.actor, "anna");
+	assert_string_equal(layout.actors[0].name, "anna");
+	assert_int_equal(layout.actors[0].count, 4);
+}
+
+static void body_markers_name_their_segment(void **state)
+{
+	struct diag diag = {0};
+
+	(void)state;
+	assert_int_equal(load(FOUR "- {name: e, segment: chest, neutral_m: [0, -0.5, 0]}\n", &diag),
+			 0);
+	assert_string_equal(layout.markers[0].segment, "");
+	assert_string_equal(layout.markers[4].segment, "chest");
+	expect_messages(FOUR "- {name: e, segment: chest, rigid: true, neutral_m: [0, -0.5, 0]}\n",
+			"6:36: markers[4].rigid: rigid is of markers on the skull; this one is of "
+			"segment 'chest', which is rigid anyway: leave it out\n");
+}
+
+static void expect_refusal(struct layout *all, const char *text, const char *message)
+{
+	struct diag diag = {0};
+
+	assert_int_equal(load(text, &diag), 0);
+	assert_int_equal(layout_join(all, &layout, "x.yaml", &diag), -EINVAL);
+	assert_string_equal(diag.text, message);
+	diag_finish(&diag);
+}
+
+static void actors_stand_behind_one_another(void **state)
+{
+	static struct layout all;
+
+	(void)state;
+	assert_int_equal(load(FOUR "actor: anna\n", NULL), 0);
+	assert_int_equal(layout_join(&all, &layout, path, NULL), 0);
+	assert_int_equal(load(FOUR "- {name: e, neutral_m: [0.5, 0, 0]}\nactor: ben\n", NULL), 0);
+	assert_int_equal(layout_join(&all, &layout, path, NULL), 0);
+	assert_int_equal(all.actor_count, 2);
+	assert_int_equal(all.marker_count, 9);
+	assert_string_equal(all.actors[1].name, "ben");
+	assert_int_equal(all.actors[1].first, 4);
+	assert_int_equal(all.actors[1].count, 5);
+	assert_string_equal(all.markers[8].name, "e");
+	expect_refusal(&all, FOUR "actor: anna\n",
+		       "x.yaml: actor: an earlier layout has this name\n");
+	expect_refusal(&all, FOUR,
+		       "x.yaml: actor: missing here or in the first layout; each of several names "
+		       "its own\n");
 }
 
 static void a_doubled_name_names_both_lines(void **state)
@@ -113,7 +160,7 @@ static void missing_and_unknown_keys_are_refused(void **state)
 	(void)state;
 	expect_messages(FOUR "- {neutral_m: [0.5, 0, 0], colour: red}\n",
 			"6:28: markers[4].colour: unknown key; known here: name, neutral_m, group, "
-			"rigid, diameter_m\n"
+			"rigid, diameter_m, segment\n"
 			"6:4: markers[4].name: missing\n");
 	expect_messages(FOUR "- {name: e, rigid: yes}\n",
 			"6:20: markers[4].rigid: 'yes' is neither true nor false\n"
@@ -129,15 +176,16 @@ static void missing_and_unknown_keys_are_refused(void **state)
 
 static void too_few_and_too_many_markers_are_refused(void **state)
 {
-	char text[32768] = "markers:\n";
+	static char text[65536] = "markers:\n";
 
 	(void)state;
 	expect_messages("markers:\n- {name: a, neutral_m: [0, 0, 0.1]}\n",
 			"2:4: markers: 1 markers, but a head needs at least 4\n");
 	expect_messages("markers: []\n", "1:1: markers: 0 markers, but a head needs at least 4\n");
 	for (int i = 0; i < LABEL_MAX + 2; i++)
-		sprintf(text + strlen(text), "- {name: m%d, neutral_m: [0.%03d, 0, 0]}\n", i, i);
-	expect_messages(text, "258:4: markers[256]: more than 256 markers\n");
+		sprintf(text + strlen(text), "- {name: m%d, neutral_m: [0.%02d, 0.%02d, 0]}\n", i,
+			i % 100, i / 100);
+	expect_messages(text, "770:4: markers[768]: more than 768 markers\n");
 }
 
 static int make_file(void **state)
@@ -158,6 +206,8 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_name_and_a_place_are_enough),
+		cmocka_unit_test(body_markers_name_their_segment),
+		cmocka_unit_test(actors_stand_behind_one_another),
 		cmocka_unit_test(a_doubled_name_names_both_lines),
 		cmocka_unit_test(a_place_that_is_taken_is_refused),
 		cmocka_unit_test(places_that_cannot_be_are_refused),

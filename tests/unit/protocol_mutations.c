@@ -35,7 +35,7 @@ static int make_seed_stream(void **state)
 
 	(void)state;
 	sample_layout(&layout);
-	layout.marker_count = 6;
+	layout.marker_count = layout.actors[0].count = 6;
 	struct stream_description description = sample_description(&layout);
 	assert_int_equal(encode_description(&description, &frame, &size_bytes), 0);
 	add_frame(frame, size_bytes);

@@ -14,7 +14,8 @@
 static inline void sample_layout(struct layout *layout)
 {
 	memset(layout, 0, sizeof(*layout));
-	strcpy(layout->actor, "anna");
+	layout->actor_count = 1;
+	layout->actors[0] = (struct layout_actor){"anna", 0, SAMPLE_LABELS};
 	layout->marker_count = SAMPLE_LABELS;
 	for (uint32_t i = 0; i < SAMPLE_LABELS; i++) {
 		struct layout_marker *marker = &layout->markers[i];
@@ -53,7 +54,8 @@ static inline void sample_set(struct marker_set *set, uint64_t shot, uint32_t un
 	set->label_count = SAMPLE_LABELS;
 	set->marker_count = SAMPLE_LABELS + unlabelled;
 	set->head_count = 1;
-	set->heads[0] = (struct head){1, 4, POSE_IDENTITY, 0.0001};
+	set->heads[0] = (struct head){
+		.valid = 1, .rigid_count = 4, .rt_stage_head = POSE_IDENTITY, .residual_m = 0.0001};
 	set->heads[0].rt_stage_head.t = (struct vec3){0.1, 0.2, 1.5};
 	for (uint32_t i = 0; i < set->marker_count; i++) {
 		struct marker *marker = &set->markers[i];
