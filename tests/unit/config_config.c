@@ -134,7 +134,7 @@ static void several_actors_have_a_layout_each(void **state)
 	expect_messages("rig: rig\nlayouts: [a, b, c, d, e, f, g]\n" CAMERAS,
 			"2:29: layouts[6]: more than 6 layouts\n");
 	expect_messages(HEAD "layouts: [a]\n" CAMERAS,
-			"3:10: layouts: layout stands in line 2: write one of the two\n");
+			"3:11: layouts: layout stands in line 2: write one of the two\n");
 }
 
 static void json_is_read_too(void **state)
