@@ -45,7 +45,7 @@ struct config {
 	struct blob_settings blobs;
 	struct tracker_settings tracking;
 	/* only for sim: cameras */
-	char sim_scene[PATH_MAX]; /* a scene's name; default "talking" */
+	char sim_scene[PATH_MAX]; /* a scene's name or file; default "talking" */
 	uint64_t sim_seed;
 	int64_t sim_epoch_ns; /* scene time 0 on the station's clock; 0 = when the daemon starts */
 	enum sim_clock sim_clock;

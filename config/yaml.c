@@ -332,3 +332,25 @@ bool yaml_next_item(struct yaml *yaml, const struct yaml_value *sequence, void *
 	*item = (struct yaml_value){node, field, place_of(node, sequence->place)};
 	return true;
 }
+
+bool yaml_read_numbers(struct yaml *yaml, const struct yaml_value *value,
+		       const struct yaml_key *key, double *numbers, int count)
+{
+	struct yaml_value item;
+	char field[YAML_FIELD_BYTES];
+	void *iterator = NULL;
+	bool failed_before = yaml->failed;
+	int index = -1;
+
+	yaml->failed = false;
+	while (yaml_next_item(yaml, value, &iterator, &index, &item, field))
+		if (index < count)
+			yaml_read_scalar(yaml, &item, key, &numbers[index]);
+	if (index + 1 != count && fy_node_is_sequence(value->node))
+		yaml_complain(yaml, value->place, value->field,
+			      "expected %d numbers in %s, found %d", count, key->unit, index + 1);
+	bool good = !yaml->failed;
+
+	yaml->failed |= failed_before;
+	return good;
+}

@@ -77,6 +77,11 @@ void yaml_read_mapping(struct yaml *yaml, const struct yaml_value *value,
 void yaml_read_scalar(struct yaml *yaml, const struct yaml_value *value, const struct yaml_key *key,
 		      void *target);
 
+/* Reads a list of exactly `count` numbers, each as `key` says, into `numbers`. True if all were
+ * good; else some of them may be set. */
+bool yaml_read_numbers(struct yaml *yaml, const struct yaml_value *value,
+		       const struct yaml_key *key, double *numbers, int count);
+
 #define YAML_FIELD_BYTES 160
 
 /* Steps through a sequence; false at its end or, with a message, when it is none. Start with

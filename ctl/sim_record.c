@@ -51,7 +51,7 @@ int verb_sim_record(const struct verb *verb, int argc, char **argv)
 	struct diag diag = {0};
 	const struct argument arguments[] = {
 		{"seconds", "S", "how long (default 2)", .number = &seconds},
-		{"scene", "NAME", "rest, talking or turning (default talking)", .text = &scene},
+		{"scene", "SCENE", "a scene's name or file (default talking)", .text = &scene},
 		{"seed", "N", "of face, motion and noise (default 1)", .count = &seed},
 		{"cameras", "N", "how many IR cameras (default: the scene's own)",
 		 .count = &cameras},

@@ -3,10 +3,10 @@
  */
 #include "sim/motion.h"
 
-#include <errno.h>
 #include <string.h>
 
 #include "base/rng.h"
+#include "sim/script.h"
 
 #define MM 1e-3
 #define RAD (M_PI / 180.0)
@@ -76,19 +76,16 @@ static struct vec3 random_vector(struct rng *rng, double half_width)
 	return vec3_scale((struct vec3){x, y, z}, half_width);
 }
 
-int motion_init(struct motion *motion, const char *scene, uint64_t seed)
+void motion_init(struct motion *motion, int performance, uint64_t seed)
 {
 	struct rng rng;
-	bool turning = strcmp(scene, "turning") == 0;
 
-	if (!turning && strcmp(scene, "rest") != 0 && strcmp(scene, "talking") != 0)
-		return -EINVAL;
 	memset(motion, 0, sizeof(*motion));
 	rng_init(&rng, seed, 2);
-	motion->still = strcmp(scene, "rest") == 0;
+	motion->still = performance == SIM_STILL;
 	motion->seat_m = vec3_add(SEAT_M, random_vector(&rng, 5 * MM));
 	motion->seat_turn_rad = random_vector(&rng, 3 * RAD);
-	motion->turn_rad = turning ? 60 * RAD : 0;
+	motion->turn_rad = performance == SIM_TURNING ? 60 * RAD : 0;
 	motion->turn_hz = 0.16 + 0.04 * rng_uniform(&rng);
 	motion->turn_phase_rad = 0;
 	for (int e = 0; e < EXPRESSION_COUNT; e++) {
@@ -100,7 +97,6 @@ int motion_init(struct motion *motion, const char *scene, uint64_t seed)
 		motion->shake[axis] = signal_make(&rng, SHAKE);
 		motion->sway[axis] = signal_make(&rng, SWAY);
 	}
-	return 0;
 }
 
 static double ease_in(double time_s)

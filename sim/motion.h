@@ -26,8 +26,8 @@ struct motion {
 	struct signal turn[3], shake[3], sway[3]; /* per head axis x, y, z */
 };
 
-/* Scene names: "rest", "talking", "turning". Returns 0 or -EINVAL when there is no such scene. */
-int motion_init(struct motion *motion, const char *scene, uint64_t seed);
+/* `performance` is an enum sim_performance. */
+void motion_init(struct motion *motion, int performance, uint64_t seed);
 
 void motion_expressions(const struct motion *motion, double time_s,
 			double weights[EXPRESSION_COUNT]);

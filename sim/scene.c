@@ -8,11 +8,9 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "sim/scene_file.h"
 #include "sim/scene_parts.h"
 
-#define DEFAULT_SCENE "talking"
-#define DEFAULT_RATE_HZ 120.0
-#define DEFAULT_CAMERA_COUNT 4
 #define DEFAULT_HD_DIVIDER 4
 #define FACING_MIN 0.20    /* cosine; a flat disc shines back up to about 78 degrees */
 #define STAND_OFF_M 0.5e-3 /* a disc lies on the skin, not in it */
@@ -39,8 +37,6 @@ static int check_options(const struct sim_options *options, struct diag *diag)
 
 int sim_scene_create(struct sim_scene **out, const struct sim_options *options, struct diag *diag)
 {
-	const char *name = options->scene && *options->scene ? options->scene : DEFAULT_SCENE;
-	double rate_hz = options->rate_hz > 0 ? options->rate_hz : DEFAULT_RATE_HZ;
 	struct sim_scene *scene;
 	int err = check_options(options, diag);
 
@@ -49,17 +45,17 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	scene = calloc(1, sizeof(*scene));
 	if (!scene)
 		return -ENOMEM;
-	err = motion_init(&scene->actors[0].motion, name, options->seed);
+	err = sim_script_load(&scene->script, options, diag);
 	if (err) {
-		diag_add(diag, "sim: no scene '%s': use rest, talking or turning", name);
 		free(scene);
 		return err;
 	}
+	motion_init(&scene->actors[0].motion, scene->script.actors[0].performance, options->seed);
 	scene->seed = options->seed;
-	scene->rate_hz = rate_hz;
-	scene->period_ns = llround((double)NS_PER_S / rate_hz);
-	scene->camera_count = options->camera_count ? options->camera_count : DEFAULT_CAMERA_COUNT;
-	scene->hd_count = options->hd_camera_count;
+	scene->rate_hz = scene->script.rate_hz;
+	scene->period_ns = llround((double)NS_PER_S / scene->rate_hz);
+	scene->camera_count = scene->script.camera_count;
+	scene->hd_count = scene->script.hd_camera_count;
 	scene->hd_divider = options->hd_divider ? options->hd_divider : DEFAULT_HD_DIVIDER;
 	scene->hd_phase = options->hd_phase % scene->hd_divider;
 	scene->hd_after_ir_ns = options->hd_after_ir_ns;

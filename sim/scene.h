@@ -9,19 +9,21 @@
 
 #include "base/diag.h"
 #include "base/geometry.h"
+#include "sim/script.h"
 #include "track/layout.h"
 #include "track/observe.h"
 
 struct sim_scene; /* immutable once made: any thread may read it */
 
 struct sim_options {
-	const char *scene; /* "rest" (face and head still), "talking" (the default), "turning" */
-	uint64_t seed;     /* of face shape, motion and noise */
+	const char *scene;     /* a name, or a file's path; NULL or "" = talking */
+	uint64_t seed;         /* of face shape, motion and noise */
 	uint32_t camera_count; /* of IR cameras; 0 = the scene's own; 4 to 8 */
-	double rate_hz;        /* 0 = the scene's own, 120 */
+	double rate_hz;        /* 0 = the scene's own */
+	const char *optics;    /* "gaussian", "tailed"; NULL = the scene's own */
 	/* HD cameras expose in shots k with k % hd_divider == hd_phase, hd_after_ir_ns after the
 	 * IR cameras (from mid-exposure to mid-exposure). */
-	uint32_t hd_camera_count; /* 0 to 3 */
+	uint32_t hd_camera_count; /* 0 = the scene's own; up to 3 */
 	uint32_t hd_divider;      /* 0 = 4 */
 	uint32_t hd_phase;
 	int64_t hd_after_ir_ns;
@@ -34,7 +36,6 @@ struct sim_options {
 int sim_scene_create(struct sim_scene **out, const struct sim_options *options, struct diag *diag);
 void sim_scene_destroy(struct sim_scene *scene); /* accepts NULL */
 
-#define SIM_ACTOR_MAX 6
 #define SIM_GHOST_MAX 48
 #define SIM_OCCLUDER_MAX 64
 

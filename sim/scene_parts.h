@@ -7,6 +7,7 @@
 #include "sim/face.h"
 #include "sim/motion.h"
 #include "sim/scene.h"
+#include "sim/script.h"
 
 struct scene_actor {
 	struct face face;
@@ -21,6 +22,7 @@ struct scene_marker {
 };
 
 struct sim_scene {
+	struct sim_script script; /* with the options' values in it */
 	uint64_t seed;
 	double rate_hz;
 	int64_t period_ns;

@@ -14,6 +14,7 @@
 #define SIM_ACTOR_MAX 6
 #define SIM_EVENT_MAX 64
 #define SIM_TITLE_BYTES 128
+#define SIM_COMMENT_BYTES 1024
 
 enum sim_performance {
 	SIM_STILL,           /* neutral, head and face still */
@@ -50,6 +51,7 @@ struct sim_actor_script {
 	double neutral_start_s, neutral_end_s; /* the take's clean neutrals; 0 = none at all */
 	double reapplied_m; /* SD per axis of where the markers are today and the layout is not */
 	bool ghosts_teeth, ghosts_eyes; /* specular spots at consistent places */
+	int line, column;               /* in the file, for messages */
 };
 
 enum sim_event_kind {
@@ -74,7 +76,8 @@ struct sim_event {
 struct sim_script {
 	char name[NAME_BYTES]; /* "rest", "04-shake" */
 	char title[SIM_TITLE_BYTES];
-	double seconds; /* how long it is worth playing */
+	char comment[SIM_COMMENT_BYTES]; /* what to look at; may be empty */
+	double seconds;                  /* how long it is worth playing */
 	double rate_hz;
 	uint32_t camera_count, hd_camera_count;
 	int placement, lens, optics; /* enums above */
