@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "tests/scenes/stage.h"
+#include "sim/play.h"
 
 /* Cameras of a nameless point at that place, 0 when there is none. */
 static int point_near(const struct marker_set *set, struct vec3 p_stage_m)
@@ -18,7 +18,7 @@ static int point_near(const struct marker_set *set, struct vec3 p_stage_m)
 	return 0;
 }
 
-static void print_wrong(const struct stage *stage, const struct sim_truth *truth,
+static void print_wrong(const struct sim_play *stage, const struct sim_truth *truth,
 			const struct marker_set *set)
 {
 	for (uint32_t i = 0; i < set->label_count; i++) {
@@ -68,7 +68,7 @@ static double argument(int argc, char **argv, int index, double other)
 
 int main(int argc, char **argv)
 {
-	static struct stage stage;
+	static struct sim_play stage;
 	struct sim_options options = {.scene = argc > 1 ? argv[1] : "talking",
 				      .seed = (uint64_t)argument(argc, argv, 2, 1),
 				      .camera_count = (uint32_t)argument(argc, argv, 4, 8),
@@ -82,11 +82,15 @@ int main(int argc, char **argv)
 	double *times_us = calloc(shots, sizeof(*times_us));
 	struct score score;
 
-	if (stage_init(&stage, &options) || !times_us)
+	struct diag diag = {0};
+
+	if (sim_play_init(&stage, &options, &diag) || !times_us) {
+		diag_print(&diag, stderr);
 		return 1;
+	}
 	score_init(&score);
 	for (uint64_t n = start; n < start + shots; n++) {
-		times_us[n - start] = stage_play_us(&stage, &play, n, 0);
+		times_us[n - start] = sim_play_shot_us(&stage, &play, n, 0);
 		score_shot(&score, &stage.truth, &stage.set);
 		if (getenv("PLAY_VERBOSE")) {
 			print_wrong(&stage, &stage.truth, &stage.set);
@@ -109,6 +113,6 @@ int main(int argc, char **argv)
 	       (unsigned long)score.shots, (long)score.first_named_shot, times_us[shots / 2],
 	       times_us[shots * 99 / 100], times_us[shots - 1]);
 	free(times_us);
-	stage_finish(&stage);
+	sim_play_finish(&stage);
 	return 0;
 }

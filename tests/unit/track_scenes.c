@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "tests/scenes/stage.h"
+#include "sim/play.h"
 
 static const struct blob_play CLEAN = {.sigma_px = 0.03, .merge_px = 2.5};
 
@@ -23,17 +23,17 @@ struct run {
 
 static struct score play(const struct run *run)
 {
-	static struct stage stage;
+	static struct sim_play stage;
 	struct score score;
 
 	memset(&stage, 0, sizeof(stage));
-	assert_int_equal(stage_init(&stage, &run->options), 0);
+	assert_int_equal(sim_play_init(&stage, &run->options, NULL), 0);
 	score_init(&score);
 	for (uint64_t n = run->first; n < run->first + run->count; n++) {
-		stage_play_us(&stage, &run->play, n, 0);
+		sim_play_shot_us(&stage, &run->play, n, 0);
 		score_shot(&score, &stage.truth, &stage.set);
 	}
-	stage_finish(&stage);
+	sim_play_finish(&stage);
 	return score;
 }
 
@@ -112,23 +112,23 @@ static void noise_strays_and_lost_spots_give_no_wrong_name(void **state)
 
 static void covariances_hold_for_blobs_that_claim_too_much(void **state)
 {
-	static struct stage stage;
+	static struct sim_play stage;
 	struct sim_options options = {
 		.scene = "talking", .seed = 71, .camera_count = 6, .rate_hz = 120};
 	struct score score;
 
 	(void)state;
 	memset(&stage, 0, sizeof(stage));
-	assert_int_equal(stage_init(&stage, &options), 0);
+	assert_int_equal(sim_play_init(&stage, &options, NULL), 0);
 	score_init(&score);
 	for (uint64_t n = 0; n < 240; n++) {
 		struct blob_play boasting = {.sigma_px = 0.2, .claimed_px = 0.03};
 
-		stage_play_us(&stage, &boasting, n, 0);
+		sim_play_shot_us(&stage, &boasting, n, 0);
 		if (n >= 60) /* half a second to learn it */
 			score_shot(&score, &stage.truth, &stage.set);
 	}
-	stage_finish(&stage);
+	sim_play_finish(&stage);
 	double nees = score.nees / (double)score.measured / 3;
 	print_message("# nees / 3 = %.2f\n", nees);
 	assert_true(nees > 0.8 && nees < 1.25);
@@ -136,20 +136,20 @@ static void covariances_hold_for_blobs_that_claim_too_much(void **state)
 
 static void one_dead_camera_costs_no_names(void **state)
 {
-	static struct stage stage;
+	static struct sim_play stage;
 	struct sim_options options = {
 		.scene = "talking", .seed = 81, .camera_count = 8, .rate_hz = 120};
 	struct score score;
 
 	(void)state;
 	memset(&stage, 0, sizeof(stage));
-	assert_int_equal(stage_init(&stage, &options), 0);
+	assert_int_equal(sim_play_init(&stage, &options, NULL), 0);
 	score_init(&score);
 	for (uint64_t n = 0; n < 180; n++) {
-		stage_play_us(&stage, &CLEAN, n, n >= 60 && n < 120 ? 1u << 3 : 0);
+		sim_play_shot_us(&stage, &CLEAN, n, n >= 60 && n < 120 ? 1u << 3 : 0);
 		score_shot(&score, &stage.truth, &stage.set);
 	}
-	stage_finish(&stage);
+	sim_play_finish(&stage);
 	assert_int_equal(score.wrong, 0);
 	assert_true(right_share(&score) > 0.97); /* the truth counts the dead camera too */
 }
@@ -157,24 +157,24 @@ static void one_dead_camera_costs_no_names(void **state)
 /* Right names over those seen by three cameras, in the shots from the stall's end on. */
 static struct score play_stall(uint32_t missing_mask, uint64_t first, uint64_t length)
 {
-	static struct stage stage;
+	static struct sim_play stage;
 	struct sim_options options = {
 		.scene = "talking", .seed = 85, .camera_count = 4, .rate_hz = 60};
 	struct score score, all;
 
 	memset(&stage, 0, sizeof(stage));
-	assert_int_equal(stage_init(&stage, &options), 0);
+	assert_int_equal(sim_play_init(&stage, &options, NULL), 0);
 	score_init(&score);
 	score_init(&all);
 	for (uint64_t n = first - 30; n < first + length + 60; n++) {
 		bool stalled = n >= first && n < first + length;
 
-		stage_play_us(&stage, &CLEAN, n, stalled ? missing_mask : 0);
+		sim_play_shot_us(&stage, &CLEAN, n, stalled ? missing_mask : 0);
 		score_shot(&all, &stage.truth, &stage.set);
 		if (n >= first + length + 30)
 			score_shot(&score, &stage.truth, &stage.set);
 	}
-	stage_finish(&stage);
+	sim_play_finish(&stage);
 	score.wrong = all.wrong;
 	return score;
 }
@@ -193,40 +193,40 @@ static void a_stall_costs_names_for_a_moment_and_swaps_none(void **state)
 
 static void the_same_shots_give_the_same_state(void **state)
 {
-	static struct stage stages[2];
+	static struct sim_play stages[2];
 	struct sim_options options = {
 		.scene = "talking", .seed = 91, .camera_count = 5, .rate_hz = 120};
 
 	(void)state;
 	memset(stages, 0, sizeof(stages));
 	for (int i = 0; i < 2; i++) {
-		assert_int_equal(stage_init(&stages[i], &options), 0);
+		assert_int_equal(sim_play_init(&stages[i], &options, NULL), 0);
 		for (uint64_t n = 0; n < 60; n++)
-			stage_play_us(&stages[i], &CLEAN, n, 0);
+			sim_play_shot_us(&stages[i], &CLEAN, n, 0);
 	}
 	assert_memory_equal(&stages[0].state, &stages[1].state, sizeof(stages[0].state));
 	assert_memory_equal(stages[0].set.markers, stages[1].set.markers,
 			    stages[0].set.marker_count * sizeof(stages[0].set.markers[0]));
 	for (int i = 0; i < 2; i++)
-		stage_finish(&stages[i]);
+		sim_play_finish(&stages[i]);
 }
 
 static void an_empty_stage_gives_empty_sets(void **state)
 {
-	static struct stage stage;
+	static struct sim_play stage;
 	struct sim_options options = {
 		.scene = "talking", .seed = 95, .camera_count = 4, .rate_hz = 60};
 
 	(void)state;
 	memset(&stage, 0, sizeof(stage));
-	assert_int_equal(stage_init(&stage, &options), 0);
+	assert_int_equal(sim_play_init(&stage, &options, NULL), 0);
 	for (uint64_t n = 0; n < 10; n++) {
-		stage_play_us(&stage, &CLEAN, n, 0xf);
+		sim_play_shot_us(&stage, &CLEAN, n, 0xf);
 		assert_int_equal(stage.set.heads[0].valid, 0);
 		for (uint32_t i = 0; i < stage.set.marker_count; i++)
 			assert_int_equal(stage.set.markers[i].status, MARKER_MISSING);
 	}
-	stage_finish(&stage);
+	sim_play_finish(&stage);
 }
 
 int main(void)

@@ -1,7 +1,7 @@
 /*
  * Counts right, wrong and missing names, and errors in units of metres and of claimed sigmas.
  */
-#include "tests/scenes/score.h"
+#include "sim/score.h"
 
 #include <math.h>
 #include <string.h>
