@@ -15,6 +15,7 @@
 #include "daemon/program_drivers.h"
 #include "daemon/realtime.h"
 #include "drivers/trigger_plan.h"
+#include "sim/cameras.h"
 #include "sim/world.h"
 
 #define QUEUE_NS                                                                        \
@@ -23,8 +24,6 @@
 #define QUEUE_MIN 16
 #define SLOWER_SHARE 200        /* half a percent of the period is rounding */
 #define PERIOD_MIN_NS NS_PER_MS /* a recording may claim anything */
-#define SIM_CAMERA_MIN 4 /* of a scene; a config with fewer looks at the scene's own number */
-#define SIM_CAMERA_MAX 8
 
 /* By the faster of the plan and what the cameras were granted: they may run free. */
 static uint32_t queue_length(const struct station *station)
@@ -83,6 +82,7 @@ static int open_world(struct station *station, struct diag *diag)
 	struct sim_options options = {
 		.scene = config->sim_scene[0] ? config->sim_scene : NULL,
 		.seed = config->sim_seed,
+		/* a config with fewer looks at the scene's own number */
 		.camera_count =
 			ir_count >= SIM_CAMERA_MIN && ir_count <= SIM_CAMERA_MAX ? ir_count : 0,
 		.rate_hz = 1e9 / (double)config->plan.period_ns,

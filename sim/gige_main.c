@@ -30,7 +30,7 @@ static const char usage[] =
 	"usage: stage-sim-gige [options]\n"
 	"  --scene NAME          rest, talking (the default) or turning\n"
 	"  --seed N              of face, motion and noise; default 1\n"
-	"  --cameras N           4 to 8; default: the scene's own\n"
+	"  --cameras N           4 to 24; default: the scene's own\n"
 	"  --rate HZ             default: the scene's own\n"
 	"  --epoch-ns NS         scene time 0 on CLOCK_MONOTONIC; default: now\n"
 	"  --first-address IP    of camera 0, the others follow; default 127.0.0.11\n"

@@ -64,8 +64,9 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	scene->layout = scene->actors[0].face.layout;
 	for (uint32_t m = 0; m < scene->layout.marker_count; m++)
 		scene->markers[m].reflectivity = scene->actors[0].face.markers[m].reflectivity;
-	sim_cameras_init(scene->cameras, scene->camera_count, options->seed);
-	sim_hd_cameras_init(scene->cameras + scene->camera_count, scene->hd_count, options->seed);
+	sim_cameras_init(scene->cameras, scene->camera_count, &scene->script, options->seed);
+	sim_hd_cameras_init(scene->cameras + scene->camera_count, scene->hd_count, &scene->script,
+			    options->seed);
 	*out = scene;
 	return 0;
 }

@@ -18,7 +18,7 @@ struct sim_scene; /* immutable once made: any thread may read it */
 struct sim_options {
 	const char *scene;     /* a name, or a file's path; NULL or "" = talking */
 	uint64_t seed;         /* of face shape, motion and noise */
-	uint32_t camera_count; /* of IR cameras; 0 = the scene's own; 4 to 8 */
+	uint32_t camera_count; /* of IR cameras; 0 = the scene's own; 4 to 24 */
 	double rate_hz;        /* 0 = the scene's own */
 	const char *optics;    /* "gaussian", "tailed"; NULL = the scene's own */
 	/* HD cameras expose in shots k with k % hd_divider == hd_phase, hd_after_ir_ns after the

@@ -120,12 +120,14 @@ static void models_read_by_mrcal_project_as_the_scene_does(void **state)
 	sim_scene_destroy(scene);
 }
 
+static const struct sim_script FACE_STAGE = {.placement = SIM_PLACEMENT_FACE};
+
 static void cameras_look_at_the_actor_the_right_way_up(void **state)
 {
-	struct sim_camera cameras[SIM_CAMERA_MAX];
+	static struct sim_camera cameras[SIM_CAMERA_MAX];
 
 	(void)state;
-	sim_cameras_init(cameras, 8, 1);
+	sim_cameras_init(cameras, 8, &FACE_STAGE, 1);
 	for (int c = 0; c < 8; c++) {
 		double head[2], above[2], left[2];
 
