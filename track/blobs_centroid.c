@@ -227,7 +227,7 @@ void spot_prepare(const struct spot *spot, const struct spot_scene *scene, float
 
 void spot_step(const struct spot_scene *scene, struct fit *fit)
 {
-	fit->windowed = fit->windowed && window_newton(scene->image, fit);
+	fit->windowed = fit->windowed && window_newton(scene->image, fit, scene->feed);
 }
 
 /* More steps where the start was poor. Returns false when they lead away from the spot. */
@@ -236,7 +236,8 @@ static bool settle(const struct spot *spot, const struct spot_scene *scene, stru
 	if (!fit->windowed)
 		return false;
 	for (int i = 1; i < STEPS_MAX && fabsf(fit->dx) + fabsf(fit->dy) > STEP_SMALL_PX; i++)
-		if (!place_window(scene->image, fit) || !window_newton(scene->image, fit))
+		if (!place_window(scene->image, fit) ||
+		    !window_newton(scene->image, fit, scene->feed))
 			return false;
 	return fit->x_px > (float)spot->x0 - 1 && fit->x_px < (float)spot->x1 &&
 	       fit->y_px > (float)spot->y0 - 1 && fit->y_px < (float)spot->y1;

@@ -85,10 +85,15 @@ static void load_samples(const struct grey_image *image, int i, int j, bytes16 v
 			v[k] = load(row + GROUP_PX * (i - 1) + 8 + SAMPLE_BYTES * k);
 		return;
 	}
-	for (int k = 0; k < SAMPLE_BYTES; k++)
-		narrow[k] = row[k % image->width_px];
+	if (image->width_px < SAMPLE_BYTES) {
+		for (int k = 0; k < SAMPLE_BYTES; k++)
+			narrow[k] = row[k % image->width_px];
+		for (int k = 0; k < SAMPLE_COUNT; k++)
+			v[k] = load(narrow);
+		return;
+	}
 	for (int k = 0; k < SAMPLE_COUNT; k++)
-		v[k] = load(image->width_px < SAMPLE_BYTES ? narrow : row + sample_x(image, i, k));
+		v[k] = load(row + sample_x(image, i, k));
 }
 
 static void order(bytes16 *a, bytes16 *b)

@@ -10,6 +10,10 @@
 
 #include "track/blobs.h"
 
+#ifdef BLOBS_WIDE
+#include "track/blobs_wide.h"
+#endif
+
 #define CELL_PX 16 /* the threshold is constant over one cell */
 #define NODE_REACH_PX (2 * CELL_PX)
 #define GROUP_PX 64 /* the scan looks at so many pixels at once */
@@ -21,6 +25,25 @@
 #define MEASURE_LAG_ROWS (PATCH_PX - PATCH_ABOVE + 1) /* from the scan's front to the last run */
 #define RUN_MAX 32768 /* per image; runs past it are counted as lost */
 #define SPOT_MAX 4096 /* per image, hot pixels included; past it they are counted as lost */
+
+/* Pixels that will be read next, asked for in small portions while the finder computes: otherwise
+ * memory would rest meanwhile, and the scan wait for it afterwards. */
+struct feed {
+	const uint8_t *next, *end; /* bytes not yet asked for */
+};
+
+#define FEED_BYTES 192 /* a portion: three cache lines; with more the processor waits for them */
+#define LINE_BYTES 64
+#define FEED_ROWS 12
+
+static inline void feed_on(struct feed *feed)
+{
+	if (feed->next >= feed->end)
+		return;
+	for (int i = 0; i < FEED_BYTES; i += LINE_BYTES)
+		__builtin_prefetch(feed->next + i);
+	feed->next += FEED_BYTES;
+}
 
 /* Background and threshold at a node, from the row of pixels through it. */
 struct level_node {
@@ -56,9 +79,6 @@ int level_map_coarse(const struct level_map *map, int y, uint8_t *groups);
 /* Thresholds of the group's cells in the cell row `cell_y`, one per pixel. */
 void level_map_cells(const struct level_map *map, int cell_y, int group, uint8_t cells[GROUP_PX]);
 
-/* From now on the finder uses the plain twins; for tests. */
-void blob_finder_use_plain(struct blob_finder *finder);
-
 /* The background as a plane around some point: grey values there, and per pixel. */
 struct plane {
 	float value, slope_x, slope_y;
@@ -73,17 +93,12 @@ struct candidate {
 };
 
 /* Writes the groups of row y that hold a pixel above the group's level (CELL_PX times the same
- * byte) and returns how many; `out` has room for all. They give the same bits. */
-typedef size_t blob_scan_fn(const uint8_t *row, int y, const uint8_t *levels, int group_count,
-			    struct candidate *out);
-blob_scan_fn blob_scan_simd, blob_scan_plain;
-blob_scan_fn blob_scan_wide; /* where there is AVX2 */
+ * byte) and returns how many; `out` has room for all. */
+size_t blob_scan(const uint8_t *row, int y, const uint8_t *levels, int group_count,
+		 struct candidate *out);
 
-blob_scan_fn *blob_scan_best(void); /* on this processor */
-
-/* Bit b of the result: pixel b of the group is above level[b]. The two give the same bits. */
-typedef uint64_t blob_mask_fn(const uint8_t *pixels, const uint8_t *level);
-blob_mask_fn blob_mask_simd, blob_mask_plain;
+/* Bit b of the result: pixel b of the group is above level[b]. */
+uint64_t blob_mask(const uint8_t *pixels, const uint8_t *level);
 
 /* Pixels [x0, x1) of row y, all above the level. */
 struct run {
@@ -141,7 +156,7 @@ void run_table_reset(struct run_table *table);
  * its threshold. Looks at PATCH_PX pixels square around it, PATCH_ABOVE rows above the first; when
  * they hold one spot without holes and nothing else, appends it, summed, and returns true. */
 bool run_table_add_patch(struct run_table *table, const struct grey_image *image, int x, int y,
-			 uint8_t level);
+			 uint8_t level, struct feed *feed);
 
 void spot_add_area(struct area_sums *sums, int64_t y, int64_t x0, int64_t x1);
 void spot_area_moments(struct spot *spot);
@@ -157,9 +172,12 @@ struct spot_scene {
 	const struct level_map *map;
 	const struct blob_settings *settings;
 	const struct run *runs;
+	struct feed *feed;
 };
 
-/* Pixels [x0, x1) by [y0, y1), all inside the image; x1 - x0 is a multiple of 4. */
+/* Pixels [x0, x1) by [y0, y1), all inside the image; x1 - x0 is a multiple of WINDOW_STEP_PX.
+ */
+#define WINDOW_STEP_PX 8
 struct window {
 	int x0, x1, y0, y1;
 };
@@ -204,7 +222,7 @@ bool window_around(const struct grey_image *image, float x_px, float y_px, float
 
 /* One Newton step: moves (x, y), sets the step and the variance. Returns false, and leaves all as
  * it was, when the window holds nothing that has a centroid. */
-bool window_newton(const struct grey_image *image, struct fit *fit);
+bool window_newton(const struct grey_image *image, struct fit *fit, struct feed *feed);
 
 /* The background from the four sides of a ring around the spot, as a plane around its middle, and
  * the brightest side, and the contrast between opposite sides. Returns false where the image ends.
@@ -262,3 +280,37 @@ static inline bool measurer_is_due(const struct measurer *measurer, int row_read
 
 /* Measures what is left, suspects last, and sorts the blobs. */
 void measurer_end(struct measurer *measurer);
+
+typedef void blob_run_fn(struct blob_finder *finder, const struct grey_image *image,
+			 struct blob_set *set);
+blob_run_fn blob_run;
+
+#define CLAIM_COUNT 3
+
+/* Pixels of a group that belong to a spot already found, down to a row. */
+struct claim {
+	uint64_t mask;
+	int last_y;
+};
+
+struct blob_finder {
+	struct blob_settings settings;
+	int width_px, height_px, group_count;
+	blob_run_fn *run;
+	struct level_map map;
+	uint8_t *coarse, *cells; /* levels of the current rows: per group, per pixel */
+	int *cells_y;            /* cell row that each group's cells are of */
+	int *long_way_y;         /* last row in which a group had runs */
+	struct claim *claims;    /* CLAIM_COUNT of each group */
+	size_t candidate_count, candidates_done;
+	struct candidate *candidates; /* room for every group of the image */
+	struct feed feed;
+	struct run_table table;
+	struct measurer measurer;
+};
+
+/* The builds give the same bits; best: on this processor. */
+blob_run_fn *blob_run_best(void);
+
+/* For tests. */
+void blob_finder_use(struct blob_finder *finder, blob_run_fn *run);

@@ -14,7 +14,7 @@ struct patch {
 	uint16_t columns;        /* all rows together */
 };
 
-static void find_bright(struct patch *patch, ptrdiff_t stride_bytes, vec level)
+static void find_bright(struct patch *patch, ptrdiff_t stride_bytes, vec level, struct feed *feed)
 {
 	const uint8_t *p = patch->pixels;
 
@@ -22,6 +22,8 @@ static void find_bright(struct patch *patch, ptrdiff_t stride_bytes, vec level)
 		vec over = simde_mm_subs_epu8(simde_mm_loadu_si128((const vec *)p), level);
 		vec dark = simde_mm_cmpeq_epi8(over, simde_mm_setzero_si128());
 
+		if (y % 4 == 0)
+			feed_on(feed);
 		patch->rows[y] = (uint16_t)~simde_mm_movemask_epi8(dark);
 	}
 }
@@ -76,8 +78,8 @@ static struct spot *append_spot(struct run_table *table, const struct patch *pat
 	return spot;
 }
 
-static void sum_weights(struct spot *spot, const struct patch *patch, ptrdiff_t stride_bytes,
-			vec level, int left)
+static void sum_weights(struct feed *feed, struct spot *spot, const struct patch *patch,
+			ptrdiff_t stride_bytes, vec level, int left)
 {
 	const uint8_t *p = patch->pixels + PATCH_ABOVE * stride_bytes;
 	vec zero = simde_mm_setzero_si128();
@@ -86,6 +88,7 @@ static void sum_weights(struct spot *spot, const struct patch *patch, ptrdiff_t 
 	for (int dy = 0; dy < spot->y1 - spot->y0; dy++, p += stride_bytes) {
 		vec v = simde_mm_loadu_si128((const vec *)p);
 
+		feed_on(feed);
 		sums.peak = simde_mm_max_epu8(sums.peak, v);
 		add_chunk(&sums, simde_mm_subs_epu8(v, level), left, dy);
 	}
@@ -96,7 +99,7 @@ static void sum_weights(struct spot *spot, const struct patch *patch, ptrdiff_t 
 }
 
 bool run_table_add_patch(struct run_table *table, const struct grey_image *image, int x, int y,
-			 uint8_t level)
+			 uint8_t level, struct feed *feed)
 {
 	int left = x - PATCH_PX / 2, top = y - PATCH_ABOVE, side, height;
 	vec levels = simde_mm_set1_epi8((char)level);
@@ -108,11 +111,11 @@ bool run_table_add_patch(struct run_table *table, const struct grey_image *image
 	    table->patch_first - table->run_count < PATCH_PX)
 		return false;
 	patch.pixels = image->pixels + (ptrdiff_t)top * image->stride_bytes + left;
-	find_bright(&patch, image->stride_bytes, levels);
+	find_bright(&patch, image->stride_bytes, levels, feed);
 	if (!is_simple(&patch))
 		return false;
 	spot = append_spot(table, &patch, left, top, level);
-	sum_weights(spot, &patch, image->stride_bytes, levels, left - spot->x0);
+	sum_weights(feed, spot, &patch, image->stride_bytes, levels, left - spot->x0);
 	spot_area_moments(spot);
 	/* Beyond the patch nothing is known. Above it, what is bright has been found before. */
 	side = spot->x0 + spot->x1 - 1 - 2 * left;

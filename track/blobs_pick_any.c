@@ -1,9 +1,9 @@
 /*
- * Which of the scans that give the same bits runs best on this processor.
+ * Which of the builds that give the same bits runs best on this processor.
  */
 #include "track/blobs_parts.h"
 
-blob_scan_fn *blob_scan_best(void)
+blob_run_fn *blob_run_best(void)
 {
-	return blob_scan_simd;
+	return blob_run;
 }

@@ -1,9 +1,11 @@
 /*
- * Which of the scans that give the same bits runs best on this processor.
+ * Which of the builds that give the same bits runs best on this processor.
  */
 #include "track/blobs_parts.h"
 
-blob_scan_fn *blob_scan_best(void)
+blob_run_fn blob_run_wide;
+
+blob_run_fn *blob_run_best(void)
 {
-	return __builtin_cpu_supports("avx2") ? blob_scan_wide : blob_scan_simd;
+	return __builtin_cpu_supports("avx2") ? blob_run_wide : blob_run;
 }

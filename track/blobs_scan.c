@@ -42,8 +42,8 @@ static size_t look(const uint8_t *row, int y, const uint8_t *levels, int g, int 
 	return count;
 }
 
-size_t blob_scan_simd(const uint8_t *row, int y, const uint8_t *levels, int group_count,
-		      struct candidate *out)
+size_t blob_scan(const uint8_t *row, int y, const uint8_t *levels, int group_count,
+		 struct candidate *out)
 {
 	size_t count = 0;
 	int g = 0;
@@ -63,22 +63,6 @@ size_t blob_scan_simd(const uint8_t *row, int y, const uint8_t *levels, int grou
 	return count + look(row, y, levels, g, group_count, out + count);
 }
 
-size_t blob_scan_plain(const uint8_t *row, int y, const uint8_t *levels, int group_count,
-		       struct candidate *out)
-{
-	size_t count = 0;
-
-	for (int g = 0; g < group_count; g++) {
-		bool bright = false;
-
-		for (int b = 0; b < GROUP_PX; b++)
-			bright |= row[g * GROUP_PX + b] > levels[g * CELL_PX + b % CELL_PX];
-		out[count] = (struct candidate){(uint16_t)y, (uint16_t)g};
-		count += bright;
-	}
-	return count;
-}
-
 /* Bit b: p[b] > level[b]. */
 static uint64_t bright16(const uint8_t *p, const uint8_t *level)
 {
@@ -88,17 +72,8 @@ static uint64_t bright16(const uint8_t *p, const uint8_t *level)
 		simde_mm_cmpeq_epi8(over, simde_mm_setzero_si128()));
 }
 
-uint64_t blob_mask_simd(const uint8_t *p, const uint8_t *level)
+uint64_t blob_mask(const uint8_t *p, const uint8_t *level)
 {
 	return bright16(p, level) | bright16(p + 16, level + 16) << 16 |
 	       bright16(p + 32, level + 32) << 32 | bright16(p + 48, level + 48) << 48;
-}
-
-uint64_t blob_mask_plain(const uint8_t *p, const uint8_t *level)
-{
-	uint64_t mask = 0;
-
-	for (int b = 0; b < GROUP_PX; b++)
-		mask |= (uint64_t)(p[b] > level[b]) << b;
-	return mask;
 }

@@ -36,8 +36,8 @@ static size_t look(const uint8_t *row, int y, const uint8_t *levels, int g, int 
 	return count;
 }
 
-size_t blob_scan_wide(const uint8_t *row, int y, const uint8_t *levels, int group_count,
-		      struct candidate *out)
+size_t blob_scan(const uint8_t *row, int y, const uint8_t *levels, int group_count,
+		 struct candidate *out)
 {
 	size_t count = 0;
 	int g = 0;
@@ -55,4 +55,18 @@ size_t blob_scan_wide(const uint8_t *row, int y, const uint8_t *levels, int grou
 			count += look(row, y, levels, g, g + 4, out + count);
 	}
 	return count + look(row, y, levels, g, group_count, out + count);
+}
+
+/* Bit b: p[b] > level[b]. */
+static uint64_t bright32(const uint8_t *p, const uint8_t *level)
+{
+	bytes32 over = simde_mm256_subs_epu8(load(p), load(level));
+	bytes32 dark = simde_mm256_cmpeq_epi8(over, simde_mm256_setzero_si256());
+
+	return (uint32_t)~simde_mm256_movemask_epi8(dark);
+}
+
+uint64_t blob_mask(const uint8_t *p, const uint8_t *level)
+{
+	return bright32(p, level) | bright32(p + 32, level + 32) << 32;
 }
