@@ -41,6 +41,7 @@ static bool point_from_choice(const struct matcher *m, const struct choice *choi
 		sightings[count] = (struct sighting){m->cameras[c].view,
 						     {b->x_px, b->y_px},
 						     match_sigma_px(m, b),
+						     b->flags,
 						     choice->at_guess[c]};
 		camera_of[count++] = (int)c;
 	}

@@ -38,6 +38,7 @@ static bool pair_point(const struct matcher *m, uint32_t ca, int blob_a, uint32_
 		sightings[i].pixel[0] = b->x_px;
 		sightings[i].pixel[1] = b->y_px;
 		sightings[i].sigma_px = match_sigma_px(m, b);
+		sightings[i].flags = b->flags;
 	}
 	if (triangulate(sightings, 2, NULL, &out->fix) ||
 	    out->fix.residual_px > 0.5 * m->settings->match_gate_px)

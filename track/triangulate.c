@@ -1,59 +1,28 @@
 /*
- * Weighted Gauss-Newton triangulation, and the search for a view that does not belong. The search
- * works on the equations of the last step: no view is projected again for it.
+ * Weighted Gauss-Newton triangulation. Views that disagree are judged on the equations of the last
+ * step: none is projected again for it.
  */
 #include "track/triangulate.h"
 
 #include <errno.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
+
+#include "track/triangulate_parts.h"
 
 #define ITERATION_MAX 8
 /* After a step s the error left is about s^2 over the range: a quarter of a micrometre here. */
 #define STEP_DONE_M 5e-4
 #define SLOPES_KEPT_M 3e-3  /* after a shorter step they are as good as new */
-#define OUTLIER_SIGMA 3.5   /* a view this far off, in its own sigmas, is suspected ... */
-#define OUTLIER_MIN_PX 0.12 /* ... unless it is within what calibration leaves */
-#define OUTLIER_CHI2 22.0   /* what dropping it must take off: two degrees of freedom, p = 2e-5 */
+#define SUSPECT_SPREADS 2.5 /* views disagree when chi2 is so much above its mean ... */
+#define SUSPECT_MIN_PX 0.12 /* ... and one is farther off than what calibration leaves */
+#define DOUBTS_MAX 4        /* each from where the last one led */
 #define WIDEN_CHI2 4.0 /* per degree of freedom; covariance follows the residuals beyond this */
-
-/* One view's error and its derivative at the point where it was taken. */
-struct equation {
-	double e[2];         /* pixel seen minus pixel projected */
-	struct projection q; /* of the point */
-	double weight;       /* 1 / sigma^2 */
-};
-
-/* Symmetric 3x3 as xx xy xz yy yz zz. */
-static bool sym3_invert(const double a[6], double inv[6])
-{
-	double c0 = a[3] * a[5] - a[4] * a[4];
-	double c1 = a[2] * a[4] - a[1] * a[5];
-	double c2 = a[1] * a[4] - a[2] * a[3];
-	double det = a[0] * c0 + a[1] * c1 + a[2] * c2;
-
-	if (!(fabs(det) > 1e-12 * fabs(a[0] * a[3] * a[5])))
-		return false;
-	double scale = 1 / det;
-	inv[0] = c0 * scale;
-	inv[1] = c1 * scale;
-	inv[2] = c2 * scale;
-	inv[3] = (a[0] * a[5] - a[2] * a[2]) * scale;
-	inv[4] = (a[1] * a[2] - a[0] * a[4]) * scale;
-	inv[5] = (a[0] * a[3] - a[1] * a[1]) * scale;
-	return true;
-}
-
-static struct vec3 sym3_apply(const double a[6], struct vec3 v)
-{
-	return (struct vec3){a[0] * v.x + a[1] * v.y + a[2] * v.z,
-			     a[1] * v.x + a[3] * v.y + a[4] * v.z,
-			     a[2] * v.x + a[4] * v.y + a[5] * v.z};
-}
 
 int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *out)
 {
-	double a[6] = {0}, inv[6];
+	double a[6] = {0}, inv[6], determinant;
 	struct vec3 b = {0, 0, 0};
 
 	for (int i = 0; i < count; i++) {
@@ -66,7 +35,7 @@ int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *o
 			a[k] += m[k];
 		b = vec3_add(b, sym3_apply(m, c));
 	}
-	if (!sym3_invert(a, inv))
+	if (!sym3_invert(a, inv, &determinant))
 		return -EDOM;
 	*out = sym3_apply(inv, b);
 	return 0;
@@ -120,35 +89,17 @@ static void add_equation(const struct equation *q, double h[6], struct vec3 *g)
 	}
 }
 
-/* Squared distance in the image that a step leaves of a view's error. */
-static double left_px2(const struct equation *q, struct vec3 step)
+/* What is left of the errors of the views in `mask` after the step. */
+static void measure(const struct equation *equations, int count, uint32_t mask, struct vec3 step,
+		    struct fix *fix)
 {
-	const double(*j)[3] = q->q.slopes;
-	double x = q->e[0] - (j[0][0] * step.x + j[0][1] * step.y + j[0][2] * step.z);
-	double y = q->e[1] - (j[1][0] * step.x + j[1][1] * step.y + j[1][2] * step.z);
-
-	return x * x + y * y;
-}
-
-/* The step that the equations in `mask` ask for, and what is then known of the point. Leaves
- * p_stage_m alone. */
-static int solve(const struct equation *equations, int count, uint32_t mask, struct fix *fix,
-		 struct vec3 *step)
-{
-	double h[6] = {0}, chi2 = 0, distance2_px = 0;
-	struct vec3 g = {0, 0, 0};
+	double chi2 = 0, distance2_px = 0;
 	int used = __builtin_popcount(mask);
 
-	for (int i = 0; i < count; i++)
-		if (mask >> i & 1)
-			add_equation(&equations[i], h, &g);
-	if (used < 2 || !sym3_invert(h, fix->cov_m2))
-		return -EDOM;
-	*step = sym3_apply(fix->cov_m2, g);
 	for (int i = 0; i < count; i++) {
 		if (!(mask >> i & 1))
 			continue;
-		double left = left_px2(&equations[i], *step);
+		double left = equation_left_px2(&equations[i], step);
 		distance2_px += left;
 		chi2 += equations[i].weight * left;
 	}
@@ -156,12 +107,25 @@ static int solve(const struct equation *equations, int count, uint32_t mask, str
 	fix->chi2_per_dof = chi2 / (2 * used - 3);
 	fix->used_mask = mask;
 	fix->used_count = used;
+}
+
+/* The step that the equations ask for. */
+static int solve(const struct equation *equations, int count, double cov_m2[6], struct vec3 *step)
+{
+	double h[6] = {0}, determinant;
+	struct vec3 g = {0, 0, 0};
+
+	for (int i = 0; i < count; i++)
+		add_equation(&equations[i], h, &g);
+	if (count < 2 || !sym3_invert(h, cov_m2, &determinant))
+		return -EDOM;
+	*step = sym3_apply(cov_m2, g);
 	return 0;
 }
 
 /* Steps until they are tiny; `projected` says that the first equations are made. `equations` and
  * `step` are those of the last one, so that the error of any view is at hand. */
-static int converge(const struct sighting *sightings, int count, uint32_t mask, bool projected,
+static int converge(const struct sighting *sightings, int count, bool projected,
 		    struct equation *equations, struct fix *fix, struct vec3 *step)
 {
 	bool slopes = true;
@@ -171,9 +135,8 @@ static int converge(const struct sighting *sightings, int count, uint32_t mask, 
 
 		if (iteration > 0 || !projected)
 			error = linearise(sightings, count, fix->p_stage_m, slopes, equations);
-
 		if (!error)
-			error = solve(equations, count, mask, fix, step);
+			error = solve(equations, count, fix->cov_m2, step);
 		if (error)
 			return error;
 		fix->p_stage_m = vec3_add(fix->p_stage_m, *step);
@@ -185,61 +148,43 @@ static int converge(const struct sighting *sightings, int count, uint32_t mask, 
 	return -EDOM;
 }
 
-static bool has_suspect(const struct sighting *sightings, const struct equation *equations,
-			int count, const struct fix *fix, struct vec3 step)
+static bool views_disagree(const struct equation *equations, int count, const struct fix *fix,
+			   struct vec3 step)
 {
-	/* three of the 2n coordinates are spent on the point: residuals are that much smaller */
-	double share2 = 1.0 - 1.5 / fix->used_count;
+	double dof = 2 * count - 3, share2 = dof / (2 * count); /* the point takes up the rest */
 
-	for (int i = 0; i < count; i++) {
-		double sigma_px = sightings[i].sigma_px;
-		double left = left_px2(&equations[i], step);
-
-		if (fix->used_mask >> i & 1 && left > OUTLIER_MIN_PX * OUTLIER_MIN_PX * share2 &&
-		    left > OUTLIER_SIGMA * OUTLIER_SIGMA * share2 * sigma_px * sigma_px)
+	if (count < 3 || fix->chi2_per_dof * dof < dof + SUSPECT_SPREADS * sqrt(2 * dof))
+		return false;
+	for (int i = 0; i < count; i++)
+		if (equation_left_px2(&equations[i], step) >
+		    SUSPECT_MIN_PX * SUSPECT_MIN_PX * share2)
 			return true;
-	}
 	return false;
 }
 
-/* The best fix without one of its views, by chi2 per degree of freedom; the runner-up's value tells
- * how sure the choice is. */
-static int leave_one_out(const struct equation *equations, int count, const struct fix *fix,
-			 struct fix *best, double *runner_up)
+/* The point by all readings of which views are bad, starting at the equations of the last step. */
+static int doubt(const struct sighting *sightings, int count, struct equation *equations,
+		 struct fix *fix, struct vec3 step)
 {
-	int found = -EDOM;
+	struct vec3 from_m = vec3_sub(fix->p_stage_m, step);
+	struct doubt doubt;
 
-	*runner_up = INFINITY;
-	for (int i = 0; i < count; i++) {
-		struct fix without = *fix;
-		struct vec3 step;
+	for (int i = 0;; i++) {
+		int error = doubt_views(sightings, equations, count, &doubt);
 
-		if (!(fix->used_mask >> i & 1) ||
-		    solve(equations, count, fix->used_mask & ~(1u << i), &without, &step))
-			continue;
-		if (found || without.chi2_per_dof < best->chi2_per_dof) {
-			if (!found)
-				*runner_up = best->chi2_per_dof;
-			*best = without;
-			found = 0;
-		} else if (without.chi2_per_dof < *runner_up) {
-			*runner_up = without.chi2_per_dof;
-		}
+		if (error)
+			return error;
+		fix->p_stage_m = vec3_add(from_m, doubt.step);
+		if (vec3_norm(doubt.step) < STEP_DONE_M || i == DOUBTS_MAX)
+			break;
+		from_m = fix->p_stage_m;
+		error = linearise(sightings, count, from_m, true, equations);
+		if (error)
+			return error;
 	}
-	return found;
-}
-
-static double chi2(const struct fix *fix)
-{
-	return fix->chi2_per_dof * (2 * fix->used_count - 3);
-}
-
-/* Without a good view chi2 falls by about two, seldom by ten. With three views every pair nearly
- * agrees: there it must also be plain which one is bad. */
-static bool is_decisive(const struct fix *all, const struct fix *best, double runner_up)
-{
-	return chi2(all) - chi2(best) > OUTLIER_CHI2 &&
-	       (all->used_count > 3 || best->chi2_per_dof * 9 < runner_up);
+	memcpy(fix->cov_m2, doubt.cov_m2, sizeof(fix->cov_m2));
+	measure(equations, count, fix->used_mask & ~doubt.bad_mask, doubt.step, fix);
+	return 0;
 }
 
 /* Views that disagree by more than their sigmas say that the sigmas are too small here. */
@@ -254,31 +199,25 @@ int triangulate(const struct sighting *sightings, int count, const struct guess 
 {
 	struct equation equations[CAMERA_MAX];
 	struct vec3 step;
-	struct fix fix = {0};
+	struct fix fix;
 	int error = 0;
 
 	if (guess)
 		fix.p_stage_m = guess->p_stage_m;
+	else
+		error = triangulate_rays(sightings, count, &fix.p_stage_m);
 	if (guess && guess->projected)
 		take_projections(sightings, count, equations);
-	if (!guess)
-		error = triangulate_rays(sightings, count, &fix.p_stage_m);
 	if (!error)
-		error = converge(sightings, count, count == 32 ? ~0u : (1u << count) - 1,
-				 guess && guess->projected, equations, &fix, &step);
-	while (!error && fix.used_count > 2 &&
-	       has_suspect(sightings, equations, count, &fix, step)) {
-		struct fix best = fix;
-		double runner_up;
-
-		if (leave_one_out(equations, count, &fix, &best, &runner_up) ||
-		    !is_decisive(&fix, &best, runner_up))
-			break;
-		error = converge(sightings, count, best.used_mask, false, equations, &fix, &step);
-	}
+		error = converge(sightings, count, guess && guess->projected, equations, &fix,
+				 &step);
 	if (error)
 		return error;
-	widen(&fix);
+	measure(equations, count, count == 32 ? ~0u : (1u << count) - 1, step, &fix);
+	if (!views_disagree(equations, count, &fix, step))
+		widen(&fix);
+	else if ((error = doubt(sightings, count, equations, &fix, step)))
+		return error;
 	*out = fix;
 	return 0;
 }

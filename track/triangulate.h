@@ -1,7 +1,8 @@
 /*
  * A point from its views: weighted Gauss-Newton on the reprojection error over all views,
- * covariance out, and a bad view found by leaving each one out (Hartley and Sturm 1997; Hartley and
- * Zisserman, Multiple View Geometry, ch. 12). Pure and real-time safe.
+ * covariance out (Hartley and Sturm 1997; Hartley and Zisserman, Multiple View Geometry, ch. 12).
+ * Where the views disagree, every reading of which ones are bad has its say (view_doubt.c). Pure
+ * and real-time safe.
  */
 #pragma once
 
@@ -23,6 +24,7 @@ struct sighting {
 	const struct view *view;
 	double pixel[2];
 	double sigma_px;
+	uint16_t flags;             /* of the blob, enum blob_flag: how likely it is bad */
 	struct projection at_guess; /* only where triangulate() is told so */
 };
 
@@ -38,7 +40,7 @@ struct fix {
 	double cov_m2[6];    /* xx xy xz yy yz zz */
 	double residual_px;  /* rms distance in the image over the views used */
 	double chi2_per_dof; /* of the views used; about 1 when the sigmas are true */
-	uint32_t used_mask;  /* bit i: sightings[i] was used; the others are off by too much */
+	uint32_t used_mask;  /* bit i: sightings[i] is good, more likely than not */
 	int used_count;
 };
 
@@ -53,7 +55,7 @@ static inline double fix_noise_m(const struct fix *fix)
 int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *out);
 
 /* 2 to CAMERA_MAX sightings; starts from `guess`, or from the rays where that is NULL. A view is
- * dropped when the rest agree without it and not with it. Returns 0, or -EDOM when the point is out
+ * not used when it is more likely bad than good. Returns 0, or -EDOM when the point is out
  * of a camera's sight or cannot be fixed. */
 int triangulate(const struct sighting *sightings, int count, const struct guess *guess,
 		struct fix *out);

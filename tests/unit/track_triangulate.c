@@ -67,8 +67,7 @@ static struct vec3 random_point(struct rng *rng)
 static void sight(struct rng *rng, struct vec3 p, double sigma_px, struct sighting *out, int count)
 {
 	for (int i = 0; i < count; i++) {
-		out[i].view = &views[i];
-		out[i].sigma_px = sigma_px * (1 + i % 3);
+		out[i] = (struct sighting){.view = &views[i], .sigma_px = sigma_px * (1 + i % 3)};
 		assert_true(view_project(&views[i], p, out[i].pixel, NULL));
 		out[i].pixel[0] += out[i].sigma_px * rng_normal(rng);
 		out[i].pixel[1] += out[i].sigma_px * rng_normal(rng);
@@ -171,6 +170,108 @@ static void good_views_are_kept(void **state)
 	assert_true(dropped < 60);
 }
 
+/* Exact but for noise of sigma_px, and one view `off_px` aside in a direction that turns. */
+static int sight_with_liar(struct rng *rng, struct vec3 p, int count, double sigma_px,
+			   double off_px, struct sighting *out)
+{
+	int bad = (int)(rng_u32(rng) % (uint32_t)count);
+	double turn_rad = 6.28 * rng_uniform(rng);
+
+	for (int i = 0; i < count; i++) {
+		out[i] = (struct sighting){.view = &views[i], .sigma_px = sigma_px};
+		assert_true(view_project(&views[i], p, out[i].pixel, NULL));
+		out[i].pixel[0] += sigma_px * rng_normal(rng) + (i == bad) * off_px * cos(turn_rad);
+		out[i].pixel[1] += sigma_px * rng_normal(rng) + (i == bad) * off_px * sin(turn_rad);
+	}
+	return bad;
+}
+
+static void a_view_far_off_pulls_nobody(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[VIEWS];
+	struct fix fix;
+
+	(void)state;
+	rng_init(&rng, 10, 0);
+	for (int trial = 0; trial < 1000; trial++) {
+		struct vec3 p = random_point(&rng);
+		double off_px = 3 + 27 * rng_uniform(&rng);
+		int bad = sight_with_liar(&rng, p, 5, 0.03, off_px, sightings);
+
+		assert_int_equal(triangulate(sightings, 5, NULL, &fix), 0);
+		assert_int_equal(fix.used_mask, 0x1fu & ~(1u << bad));
+		assert_true(squared_sigmas(vec3_sub(fix.p_stage_m, p), fix.cov_m2) < 30);
+	}
+}
+
+static void covariances_are_true_where_it_is_not_plain_who_lies(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[VIEWS];
+	struct fix fix;
+
+	(void)state;
+	rng_init(&rng, 11, 0);
+	for (int count = 3; count <= 5; count++) {
+		double sum = 0;
+
+		for (int trial = 0; trial < 3000; trial++) {
+			struct vec3 p = random_point(&rng);
+
+			sight_with_liar(&rng, p, count, 0.1, trial % 10 ? 0 : 1, sightings);
+			assert_int_equal(triangulate(sightings, count, NULL, &fix), 0);
+			sum += squared_sigmas(vec3_sub(fix.p_stage_m, p), fix.cov_m2) / 3;
+		}
+		assert_true(sum / 3000 > 0.8 && sum / 3000 < 1.25);
+	}
+}
+
+static void a_merged_blob_is_the_first_to_be_suspected(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[VIEWS];
+	struct fix fix;
+	int left_out[2] = {0, 0};
+
+	(void)state;
+	rng_init(&rng, 12, 0);
+	for (int trial = 0; trial < 2000; trial++) {
+		int bad = sight_with_liar(&rng, random_point(&rng), 4, 0.08, 0.4, sightings);
+
+		for (int merged = 0; merged < 2; merged++) {
+			sightings[bad].flags = merged ? BLOB_MERGED : 0;
+			assert_int_equal(triangulate(sightings, 4, NULL, &fix), 0);
+			left_out[merged] += !(fix.used_mask >> bad & 1);
+		}
+	}
+	assert_true(left_out[1] > left_out[0] + 200);
+}
+
+static void sigmas_that_are_all_too_small_leave_no_view_out(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[VIEWS];
+	struct fix fix;
+	int used = 0;
+	double sum = 0;
+
+	(void)state;
+	rng_init(&rng, 13, 0);
+	for (int trial = 0; trial < 1000; trial++) {
+		struct vec3 p = random_point(&rng);
+
+		sight(&rng, p, 0.15, sightings, VIEWS);
+		for (int i = 0; i < VIEWS; i++)
+			sightings[i].sigma_px /= 10;
+		assert_int_equal(triangulate(sightings, VIEWS, NULL, &fix), 0);
+		used += fix.used_count;
+		sum += squared_sigmas(vec3_sub(fix.p_stage_m, p), fix.cov_m2) / 3;
+	}
+	assert_true(used > 0.95 * VIEWS * 1000);
+	assert_true(sum / 1000 < 2);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -178,6 +279,10 @@ int main(void)
 		cmocka_unit_test(covariances_are_true_for_two_to_six_views),
 		cmocka_unit_test(a_view_one_pixel_off_is_left_out),
 		cmocka_unit_test(good_views_are_kept),
+		cmocka_unit_test(a_view_far_off_pulls_nobody),
+		cmocka_unit_test(covariances_are_true_where_it_is_not_plain_who_lies),
+		cmocka_unit_test(a_merged_blob_is_the_first_to_be_suspected),
+		cmocka_unit_test(sigmas_that_are_all_too_small_leave_no_view_out),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

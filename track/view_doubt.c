@@ -1,0 +1,228 @@
+/*
+ * Which views lie, and where the point then is: every reading ("these views are bad, the others
+ * good") is solved and weighed by its probability, and the answer is the mean over the readings,
+ * its covariance with their spread. (Bayesian model averaging: Hoeting et al. 1999; the mixture of
+ * good and bad measurements: Box and Tiao 1968.) With three to five views it is often not plain
+ * which one is bad, and the mean is then the least wrong.
+ */
+#include <errno.h>
+#include <math.h>
+#include <stddef.h>
+
+#include "track/triangulate_parts.h"
+
+#define SUSPECT_MAX 6                        /* views that may be bad at once are among these ... */
+#define BAD_MAX 3                            /* ... and at most so many */
+#define READING_MAX ((1 << SUSPECT_MAX) + 1) /* the last: boasting */
+
+/* Of a bad view, per axis. It is a blob near enough to be chosen, so a pixel off, hardly more; what
+ * is farther off says so itself. */
+#define BAD_SIGMA_PX 1.0
+
+/* How often a view is bad, by what the blob finder says of the blob. */
+#define BAD_SHARE 0.03
+#define BAD_SHARE_SATURATED 0.06
+#define BAD_SHARE_EDGE 0.2
+#define BAD_SHARE_MERGED 0.3
+
+/* How often all sigmas of a point are too small by the same factor. */
+#define BOAST_SHARE 1e-3
+
+/* Sums of weighted equations: normal matrix, right side, and the squared errors. */
+struct sums {
+	double h[6];
+	struct vec3 g;
+	double e2;
+};
+
+struct suspect {
+	int view;
+	double off;       /* squared sigmas from where all views want the point */
+	struct sums sums; /* its equations */
+	double lost;      /* share of its weight that it loses when it is bad */
+	double log_odds;  /* of being bad, and of the height of its density then, over being good */
+};
+
+struct reading {
+	uint32_t bad_mask;
+	struct vec3 step;
+	double cov_m2[6];
+	double log_weight; /* up to a constant */
+	double share;      /* its probability */
+};
+
+struct readings {
+	struct sums all_good;
+	int suspect_count;
+	struct suspect suspects[SUSPECT_MAX]; /* the worst first */
+	int count;
+	struct reading list[READING_MAX];
+};
+
+static void sums_add(struct sums *sums, const struct sums *more, double scale)
+{
+	sym3_add(sums->h, more->h, scale);
+	sums->g = vec3_add(sums->g, vec3_scale(more->g, scale));
+	sums->e2 += scale * more->e2;
+}
+
+static struct sums sums_of(const struct equation *q)
+{
+	struct sums s = {.e2 = q->weight * (q->e[0] * q->e[0] + q->e[1] * q->e[1])};
+
+	for (int i = 0; i < 2; i++) {
+		const double *j = q->q.slopes[i];
+		double products[6] = {j[0] * j[0], j[0] * j[1], j[0] * j[2],
+				      j[1] * j[1], j[1] * j[2], j[2] * j[2]};
+
+		sym3_add(s.h, products, q->weight);
+		s.g = vec3_add(s.g,
+			       vec3_scale((struct vec3){j[0], j[1], j[2]}, q->weight * q->e[i]));
+	}
+	return s;
+}
+
+static double bad_share(uint16_t flags)
+{
+	return flags & BLOB_MERGED      ? BAD_SHARE_MERGED
+	       : flags & BLOB_EDGE      ? BAD_SHARE_EDGE
+	       : flags & BLOB_SATURATED ? BAD_SHARE_SATURATED
+					: BAD_SHARE;
+}
+
+static struct suspect suspect_of(int view, const struct sighting *sighting,
+				 const struct equation *equation, const struct sums *sums,
+				 struct vec3 all_step)
+{
+	double left_px2 = equation_left_px2(equation, all_step), share = bad_share(sighting->flags);
+	double bad_px2 = 1 / equation->weight + fmax(BAD_SIGMA_PX * BAD_SIGMA_PX, 0.5 * left_px2);
+	double kept = 1 / (bad_px2 * equation->weight);
+
+	return (struct suspect){view, equation->weight * left_px2, *sums, 1 - kept,
+				log(share / (1 - share) * kept)};
+}
+
+/* Keeps the list sorted, the worst first; the least bad one falls off when it is full. */
+static void add_suspect(struct readings *r, const struct suspect *suspect)
+{
+	int place = r->suspect_count;
+
+	while (place > 0 && r->suspects[place - 1].off < suspect->off)
+		place--;
+	if (place == SUSPECT_MAX)
+		return;
+	r->suspect_count += r->suspect_count < SUSPECT_MAX;
+	for (int k = r->suspect_count - 1; k > place; k--)
+		r->suspects[k] = r->suspects[k - 1];
+	r->suspects[place] = *suspect;
+}
+
+/* Solves with the suspects of `subset` taken as bad; the reading's weight is the marginal
+ * likelihood. */
+static void add_reading(struct readings *r, uint32_t subset)
+{
+	struct reading *reading = &r->list[r->count];
+	struct sums sums = r->all_good;
+	double determinant;
+
+	*reading = (struct reading){0};
+	for (uint32_t left = subset; left; left &= left - 1) {
+		const struct suspect *suspect = &r->suspects[__builtin_ctz(left)];
+
+		sums_add(&sums, &suspect->sums, -suspect->lost);
+		reading->bad_mask |= 1u << suspect->view;
+		reading->log_weight += suspect->log_odds;
+	}
+	if (!sym3_invert(sums.h, reading->cov_m2, &determinant) || !(determinant > 0))
+		return;
+	reading->step = sym3_apply(reading->cov_m2, sums.g);
+	double chi2 = sums.e2 - vec3_dot(sums.g, reading->step);
+	reading->log_weight -= 0.5 * (log(determinant) + chi2);
+	r->count++;
+}
+
+/* All views are good and all their sigmas are too small: by the factor that explains the errors. */
+static void add_boast(struct readings *r, int view_count)
+{
+	double all_chi2 = r->all_good.e2 - vec3_dot(r->all_good.g, r->list[0].step);
+	double dof = 2 * view_count - 3, factor2 = all_chi2 / dof;
+	struct reading *reading = &r->list[r->count];
+
+	if (factor2 <= 1)
+		return;
+	*reading = r->list[0];
+	reading->log_weight += log(BOAST_SHARE) + 0.5 * (all_chi2 - dof * (log(factor2) + 1));
+	for (int k = 0; k < 6; k++)
+		reading->cov_m2[k] *= factor2;
+	r->count++;
+}
+
+/* Shares that sum to one. */
+static void normalise(struct readings *r)
+{
+	double most = -INFINITY, sum = 0;
+
+	for (int k = 0; k < r->count; k++)
+		most = fmax(most, r->list[k].log_weight);
+	for (int k = 0; k < r->count; k++) {
+		double log_share = r->list[k].log_weight - most;
+
+		r->list[k].share = log_share > -30 ? exp(log_share) : 0;
+		sum += r->list[k].share;
+	}
+	for (int k = 0; k < r->count; k++)
+		r->list[k].share /= sum;
+}
+
+static void average(const struct readings *r, struct doubt *out)
+{
+	double bad[CAMERA_MAX] = {0};
+
+	*out = (struct doubt){0};
+	for (int k = 0; k < r->count; k++)
+		out->step = vec3_add(out->step, vec3_scale(r->list[k].step, r->list[k].share));
+	for (int k = 0; k < r->count; k++) {
+		const struct reading *reading = &r->list[k];
+		struct vec3 d = vec3_sub(reading->step, out->step);
+		double spread[6] = {d.x * d.x, d.x * d.y, d.x * d.z,
+				    d.y * d.y, d.y * d.z, d.z * d.z};
+
+		sym3_add(out->cov_m2, reading->cov_m2, reading->share);
+		sym3_add(out->cov_m2, spread, reading->share);
+		for (uint32_t left = reading->bad_mask; left; left &= left - 1)
+			bad[__builtin_ctz(left)] += reading->share;
+	}
+	for (int c = 0; c < CAMERA_MAX; c++)
+		if (bad[c] > 0.5)
+			out->bad_mask |= 1u << c;
+}
+
+int doubt_views(const struct sighting *sightings, const struct equation *equations, int count,
+		struct doubt *out)
+{
+	struct readings r;
+	struct sums sums[CAMERA_MAX];
+
+	r.suspect_count = r.count = 0;
+	r.all_good = (struct sums){0};
+	for (int i = 0; i < count; i++) {
+		sums[i] = sums_of(&equations[i]);
+		sums_add(&r.all_good, &sums[i], 1);
+	}
+	add_reading(&r, 0);
+	if (r.count == 0)
+		return -EDOM;
+	for (int i = 0; i < count; i++) {
+		struct suspect suspect =
+			suspect_of(i, &sightings[i], &equations[i], &sums[i], r.list[0].step);
+
+		add_suspect(&r, &suspect);
+	}
+	for (uint32_t subset = 1; subset < 1u << r.suspect_count; subset++)
+		if (__builtin_popcount(subset) <= BAD_MAX)
+			add_reading(&r, subset);
+	add_boast(&r, count);
+	normalise(&r);
+	average(&r, out);
+	return 0;
+}
