@@ -14,3 +14,6 @@ struct points_bench {
 
 /* Triangulated points against the Cramer-Rao bound and against an oracle, and their covariances. */
 void bench_fixes(struct points_bench *bench);
+
+/* CPU of the tracker per shot, and of matching alone in a room of many cameras and actors. */
+void bench_solve(struct points_bench *bench);
