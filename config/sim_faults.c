@@ -68,6 +68,17 @@ static const struct config_camera *find_camera(const struct config_camera *camer
 	return NULL;
 }
 
+void sim_fault_check_kind(struct yaml *yaml, const struct sim_fault *fault, bool is_hd,
+			  const char *field)
+{
+	struct yaml_place place = {fault->line, fault->column};
+
+	if (fault->kind == SIM_FAULT_PHASE_SLIP && !is_hd)
+		yaml_complain(yaml, place, field,
+			      "camera '%s' has no phase to slip from: it is no HD camera",
+			      fault->camera);
+}
+
 static void finish_fault(struct yaml *yaml, struct sim_fault *fault, const char *field,
 			 const struct config_camera *camera)
 {
@@ -79,13 +90,11 @@ static void finish_fault(struct yaml *yaml, struct sim_fault *fault, const char 
 		yaml_complain(yaml, place, field,
 			      "camera '%s' is not simulated: faults are for sim: cameras alone",
 			      fault->camera);
-	else if (fault->kind == SIM_FAULT_PHASE_SLIP && camera->role != ROLE_HD)
-		yaml_complain(yaml, place, field,
-			      "camera '%s' has no phase to slip from: it is no HD camera",
-			      fault->camera);
 	else
 		snprintf(fault->device, sizeof(fault->device), "%.*s", NAME_BYTES - 1,
 			 camera->address + 4);
+	if (camera)
+		sim_fault_check_kind(yaml, fault, camera->role == ROLE_HD, field);
 }
 
 void sim_faults_finish(struct yaml *yaml, struct sim_faults *faults,

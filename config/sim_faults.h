@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "track/layout.h"
@@ -41,6 +42,10 @@ struct yaml;
 struct yaml_value;
 
 void sim_faults_read(struct yaml *yaml, const struct yaml_value *value, struct sim_faults *faults);
+
+/* A kind that this sort of camera cannot have is a message. */
+void sim_fault_check_kind(struct yaml *yaml, const struct sim_fault *fault, bool is_hd,
+			  const char *field);
 
 struct config_camera;
 

@@ -15,37 +15,14 @@
 #define FACING_MIN 0.20    /* cosine; a flat disc shines back up to about 78 degrees */
 #define STAND_OFF_M 0.5e-3 /* a disc lies on the skin, not in it */
 
-static int check_options(const struct sim_options *options, struct diag *diag)
-{
-	if (options->camera_count &&
-	    (options->camera_count < SIM_CAMERA_MIN || options->camera_count > SIM_CAMERA_MAX)) {
-		diag_add(diag, "sim: %u cameras: a scene has %d to %d", options->camera_count,
-			 SIM_CAMERA_MIN, SIM_CAMERA_MAX);
-		return -EINVAL;
-	}
-	if (options->hd_camera_count > SIM_HD_MAX) {
-		diag_add(diag, "sim: %u HD cameras: a scene has up to %d", options->hd_camera_count,
-			 SIM_HD_MAX);
-		return -EINVAL;
-	}
-	if (!(options->rate_hz == 0 || (options->rate_hz >= 1 && options->rate_hz <= 1000))) {
-		diag_add(diag, "sim: %g Hz: a scene runs at 1 to 1000 Hz", options->rate_hz);
-		return -EINVAL;
-	}
-	return 0;
-}
-
 int sim_scene_create(struct sim_scene **out, const struct sim_options *options, struct diag *diag)
 {
-	struct sim_scene *scene;
-	int err = check_options(options, diag);
+	struct sim_scene *scene = calloc(1, sizeof(*scene));
 
-	if (err)
-		return err;
-	scene = calloc(1, sizeof(*scene));
 	if (!scene)
 		return -ENOMEM;
-	err = sim_script_load(&scene->script, options, diag);
+	int err = sim_script_load(&scene->script, options, diag);
+
 	if (err) {
 		free(scene);
 		return err;

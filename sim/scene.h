@@ -16,11 +16,12 @@
 struct sim_scene; /* immutable once made: any thread may read it */
 
 struct sim_options {
-	const char *scene;     /* a name, or a file's path; NULL or "" = talking */
-	uint64_t seed;         /* of face shape, motion and noise */
-	uint32_t camera_count; /* of IR cameras; 0 = the scene's own; 4 to 24 */
-	double rate_hz;        /* 0 = the scene's own */
-	const char *optics;    /* "gaussian", "tailed"; NULL = the scene's own */
+	const char *scene;               /* a name, or a file's path; NULL or "" = talking */
+	uint64_t seed;                   /* of face shape, motion and noise */
+	uint32_t camera_count;           /* of IR cameras; 0 = the scene's own; 4 to 24 */
+	double rate_hz;                  /* 0 = the scene's own */
+	const char *optics;              /* "gaussian", "tailed"; NULL = the scene's own */
+	const struct sim_faults *faults; /* beside the scene's own; NULL = none */
 	/* HD cameras expose in shots k with k % hd_divider == hd_phase, hd_after_ir_ns after the
 	 * IR cameras (from mid-exposure to mid-exposure). */
 	uint32_t hd_camera_count; /* 0 = the scene's own; up to 3 */

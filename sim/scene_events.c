@@ -36,7 +36,8 @@ static void read_event(struct yaml *yaml, const struct yaml_value *value,
 	uint32_t index = reading->script.event_count++;
 	struct sim_event *event = &reading->script.events[index];
 
-	*event = (struct sim_event){.line = value->place.line, .column = value->place.column};
+	*event = (struct sim_event){
+		.kind = -1, .line = value->place.line, .column = value->place.column};
 	yaml_read_mapping(yaml, value, event_keys, event, reading->event_places[index]);
 }
 

@@ -52,6 +52,8 @@ static const struct yaml_key keys[] = {
 	{0},
 };
 
+enum { KEY_BOARD = 12, KEY_ACTORS };
+
 static void set_name(struct sim_script *script, const char *path)
 {
 	const char *slash = strrchr(path, '/'), *file = slash ? slash + 1 : path;
@@ -75,7 +77,83 @@ static void name_devices(struct sim_faults *faults)
 		memcpy(faults->faults[i].device, faults->faults[i].camera, NAME_BYTES);
 }
 
-static int read_script(struct scene_reading *reading, const char *path, struct diag *diag)
+/* -1: none of that name. */
+static int find_optics(const char *name)
+{
+	for (int i = 0; optics[i]; i++)
+		if (strcmp(optics[i], name) == 0)
+			return i;
+	return -1;
+}
+
+static int check_options(const struct sim_options *options, struct diag *diag)
+{
+	uint32_t count = options->camera_count;
+
+	if (count && (count < SIM_CAMERA_MIN || count > SIM_CAMERA_MAX))
+		diag_add(diag, "sim: %u cameras: a scene has %d to %d", count, SIM_CAMERA_MIN,
+			 SIM_CAMERA_MAX);
+	else if (options->hd_camera_count > SIM_HD_MAX)
+		diag_add(diag, "sim: %u HD cameras: a scene has up to %d", options->hd_camera_count,
+			 SIM_HD_MAX);
+	else if (!(options->rate_hz == 0 || (options->rate_hz >= 1 && options->rate_hz <= 1000)))
+		diag_add(diag, "sim: %g Hz: a scene runs at 1 to 1000 Hz", options->rate_hz);
+	else if (options->optics && find_optics(options->optics) < 0)
+		diag_add(diag, "sim: no optics '%.64s': use gaussian or tailed", options->optics);
+	else
+		return 0;
+	return -EINVAL;
+}
+
+static void override(struct sim_script *script, const struct sim_options *options)
+{
+	if (options->camera_count)
+		script->camera_count = options->camera_count;
+	if (options->hd_camera_count)
+		script->hd_camera_count = options->hd_camera_count;
+	if (options->rate_hz > 0)
+		script->rate_hz = options->rate_hz;
+	if (options->optics)
+		script->optics = find_optics(options->optics);
+}
+
+/* Behind the scene's own. */
+static int add_faults(struct sim_script *script, const struct sim_faults *more, struct diag *diag)
+{
+	struct sim_faults *faults = &script->faults;
+
+	for (uint32_t i = 0; more && i < more->count; i++) {
+		if (faults->count == SIM_FAULT_MAX) {
+			diag_add(diag, "sim: more than %d faults with those of scene %s",
+				 SIM_FAULT_MAX, script->name);
+			return -EINVAL;
+		}
+		faults->faults[faults->count++] = more->faults[i];
+	}
+	return 0;
+}
+
+static void read_root(struct yaml *yaml, const struct yaml_value *root,
+		      struct scene_reading *reading)
+{
+	struct sim_script *script = &reading->script;
+	struct yaml_place places[sizeof(keys) / sizeof(*keys)];
+
+	memset(places, 0, sizeof(places));
+	yaml_read_mapping(yaml, root, keys, reading, places);
+	reading->own_camera_count = script->camera_count;
+	reading->own_hd_camera_count = script->hd_camera_count;
+	name_devices(&script->faults);
+	if (!places[KEY_ACTORS].line && !script->board)
+		yaml_complain(yaml, root->place, "actors",
+			      "missing: a scene has actors or board: true");
+	else if (script->board && script->actor_count)
+		yaml_complain(yaml, places[KEY_BOARD], "board",
+			      "a board is waved instead of actors, not beside them");
+}
+
+static int read_script(struct scene_reading *reading, const char *path,
+		       const struct sim_options *options, struct diag *diag)
 {
 	struct yaml yaml;
 	int err = yaml_open(&yaml, path, SCENE_SIZE_MAX, diag);
@@ -86,33 +164,14 @@ static int read_script(struct scene_reading *reading, const char *path, struct d
 
 	memset(reading, 0, sizeof(*reading));
 	set_defaults(&reading->script, path);
-	yaml_read_mapping(&yaml, &root, keys, reading, NULL);
-	name_devices(&reading->script.faults);
+	read_root(&yaml, &root, reading);
+	override(&reading->script, options);
+	scene_check_actors(&yaml, reading, options->seed);
+	scene_check_events(&yaml, reading);
+	scene_check_faults(&yaml, reading);
 	err = yaml.failed ? -EINVAL : 0;
 	yaml_close(&yaml);
 	return err;
-}
-
-static int override_optics(struct sim_script *script, const char *name, struct diag *diag)
-{
-	for (int i = 0; optics[i]; i++)
-		if (strcmp(optics[i], name) == 0) {
-			script->optics = i;
-			return 0;
-		}
-	diag_add(diag, "sim: no optics '%.64s': use gaussian or tailed", name);
-	return -EINVAL;
-}
-
-static int override(struct sim_script *script, const struct sim_options *options, struct diag *diag)
-{
-	if (options->camera_count)
-		script->camera_count = options->camera_count;
-	if (options->hd_camera_count)
-		script->hd_camera_count = options->hd_camera_count;
-	if (options->rate_hz > 0)
-		script->rate_hz = options->rate_hz;
-	return options->optics ? override_optics(script, options->optics, diag) : 0;
 }
 
 int sim_script_load(struct sim_script *out, const struct sim_options *options, struct diag *diag)
@@ -120,12 +179,14 @@ int sim_script_load(struct sim_script *out, const struct sim_options *options, s
 	static struct scene_reading reading; /* control thread only; too large for its stack */
 	const char *scene = options->scene && *options->scene ? options->scene : DEFAULT_SCENE;
 	char path[PATH_MAX];
-	int err = scene_find(path, scene, diag);
+	int err = check_options(options, diag);
 
 	if (!err)
-		err = read_script(&reading, path, diag);
+		err = scene_find(path, scene, diag);
 	if (!err)
-		err = override(&reading.script, options, diag);
+		err = read_script(&reading, path, options, diag);
+	if (!err)
+		err = add_faults(&reading.script, options->faults, diag);
 	if (!err)
 		*out = reading.script;
 	return err;
