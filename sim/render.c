@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/board_picture.h"
 #include "sim/canvas.h"
 #include "sim/marker_spot.h"
 #include "sim/scene_parts.h"
@@ -14,6 +15,7 @@
 
 #define STRIP_FRAMES 8
 #define HOT_PIXELS 4
+#define PAPER_GREY 150  /* of a calibration board that faces the camera at its range */
 #define PEAK_GREY 175.0 /* a nominal face marker, facing the camera at its range */
 
 struct hot_pixel {
@@ -28,6 +30,7 @@ struct sim_renderer {
 	struct blur blur;
 	double brightness; /* of a nominal marker facing the camera at its range */
 	struct hot_pixel hot[HOT_PIXELS];
+	struct board_picture *board; /* owned; NULL: there is none */
 	/* owned by the thread that renders */
 	struct canvas canvas;
 	struct sim_truth truth;
@@ -46,6 +49,15 @@ static void set_camera(struct sim_renderer *renderer, struct rng *rng)
 	}
 }
 
+static int add_board(struct sim_renderer *renderer)
+{
+	const struct board_paper paper = {
+		.grey = {{PAPER_GREY, PAPER_GREY}, {PAPER_GREY, PAPER_GREY}}};
+
+	return board_picture_create(&renderer->board, renderer->scene, renderer->camera,
+				    renderer->blur.sigma_px, &paper);
+}
+
 int sim_renderer_create(struct sim_renderer **out, const struct sim_scene *scene, uint32_t camera,
 			enum sim_noise noise)
 {
@@ -59,10 +71,12 @@ int sim_renderer_create(struct sim_renderer **out, const struct sim_scene *scene
 	renderer->camera = camera;
 	rng_init(&rng, scene->seed, 16 + camera);
 	set_camera(renderer, &rng);
-	if (canvas_init(&renderer->canvas, model->width_px, model->height_px,
-			noise == SIM_NOISE_FAST ? STRIP_FRAMES : 1, 8.0 + 4.0 * rng_uniform(&rng),
-			&rng) != 0) {
-		free(renderer);
+	uint32_t frames = noise == SIM_NOISE_FAST && !scene->script.board ? STRIP_FRAMES : 1;
+
+	if (canvas_init(&renderer->canvas, model->width_px, model->height_px, frames,
+			8.0 + 4.0 * rng_uniform(&rng), &rng) != 0 ||
+	    (scene->script.board && add_board(renderer) != 0)) {
+		sim_renderer_destroy(renderer);
 		return -ENOMEM;
 	}
 	*out = renderer;
@@ -74,6 +88,7 @@ void sim_renderer_destroy(struct sim_renderer *renderer)
 	if (!renderer)
 		return;
 	canvas_finish(&renderer->canvas);
+	board_picture_destroy(renderer->board);
 	free(renderer);
 }
 
@@ -120,6 +135,9 @@ const uint8_t *sim_render(struct sim_renderer *renderer, uint64_t shot, int *wid
 		 64 + renderer->camera);
 	scene_pose_markers(renderer->scene, time_s, &renderer->truth);
 	canvas_clear(&renderer->canvas, &rng);
+	if (renderer->board) /* its canvas is filled anew every time */
+		board_picture_draw(renderer->board, shot, renderer->canvas.noise, &rng,
+				   renderer->canvas.image);
 	add_spots(renderer);
 	add_hot_pixels(renderer);
 	*width_px = renderer->canvas.width_px;

@@ -10,6 +10,7 @@
 #include "base/clock.h"
 #include "sim/scene_file.h"
 #include "sim/scene_parts.h"
+#include "sim/world_parts.h"
 
 #define DEFAULT_HD_DIVIDER 4
 #define FACING_MIN 0.20    /* cosine; a flat disc shines back up to about 78 degrees */
@@ -36,6 +37,7 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	scene->hd_divider = options->hd_divider ? options->hd_divider : DEFAULT_HD_DIVIDER;
 	scene->hd_phase = options->hd_phase % scene->hd_divider;
 	scene->hd_after_ir_ns = options->hd_after_ir_ns;
+	scene->hd_row_ns = options->hd_row_ns;
 	face_init(&scene->actors[0].face, options->seed);
 	scene->actor_count = 1;
 	scene->layout = scene->actors[0].face.layout;
@@ -44,6 +46,7 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	sim_cameras_init(scene->cameras, scene->camera_count, &scene->script, options->seed);
 	sim_hd_cameras_init(scene->cameras + scene->camera_count, scene->hd_count, &scene->script,
 			    options->seed);
+	sim_board_init(&scene->board, scene->script.placement, options->seed);
 	*out = scene;
 	return 0;
 }
@@ -89,7 +92,7 @@ bool scene_camera_sees(const struct sim_scene *scene, const struct sim_truth *tr
 	struct vec3 to_camera = vec3_unit(vec3_sub(camera->centre_stage_m, marker->p_stage_m));
 	double cosine = vec3_dot(to_camera, marker->normal_stage);
 
-	if (cosine < FACING_MIN)
+	if (cosine < FACING_MIN || scene->script.board)
 		return false;
 	struct pose rt_head_stage = pose_inverse(&truth->actors[0].rt_stage_head);
 	struct vec3 above =
@@ -99,6 +102,17 @@ bool scene_camera_sees(const struct sim_scene *scene, const struct sim_truth *tr
 		return false;
 	*facing = cosine;
 	return sim_camera_project(camera, marker->p_stage_m, pixel) && inside_image(camera, pixel);
+}
+
+struct exposure scene_exposure(const struct sim_scene *scene, uint32_t camera, uint64_t shot)
+{
+	if (camera < scene->camera_count)
+		return (struct exposure){.mid_s = 1e-9 *
+						  (double)sim_scene_mid_exposure_ns(scene, shot),
+					 .length_s = 2e-9 * (double)SIM_HALF_EXPOSURE_NS};
+	return (struct exposure){.mid_s = 1e-9 * (double)sim_scene_hd_mid_exposure_ns(scene, shot),
+				 .row_s = 1e-9 * (double)scene->hd_row_ns,
+				 .length_s = 2e-9 * (double)SIM_HD_HALF_EXPOSURE_NS};
 }
 
 void sim_scene_truth(const struct sim_scene *scene, double time_s, struct sim_truth *out)

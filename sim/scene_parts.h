@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include "sim/board.h"
 #include "sim/cameras.h"
 #include "sim/face.h"
 #include "sim/motion.h"
@@ -33,9 +34,13 @@ struct sim_scene {
 	uint32_t camera_count; /* IR */
 	uint32_t hd_count;
 	uint32_t hd_divider, hd_phase;
-	int64_t hd_after_ir_ns;
+	int64_t hd_after_ir_ns, hd_row_ns;
+	struct sim_board board;                    /* when the script wants one */
 	struct sim_camera cameras[SIM_DEVICE_MAX]; /* the IR ones, then the HD ones */
 };
+
+/* When camera `camera`, IR or HD, exposes shot `shot`. */
+struct exposure scene_exposure(const struct sim_scene *scene, uint32_t camera, uint64_t shot);
 
 /* The truth without visible_mask, which stays 0: a renderer asks for its own camera alone. */
 void scene_pose_markers(const struct sim_scene *scene, double time_s, struct sim_truth *out);
