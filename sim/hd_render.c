@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/board_picture.h"
 #include "sim/hd_head.h"
 #include "sim/marker_spot.h"
 #include "sim/noise.h"
@@ -26,6 +27,7 @@ struct sim_hd_renderer {
 	uint8_t *background, *image; /* owned */
 	int8_t grain[HD_GRAIN + 4];
 	struct hd_head head;
+	struct board_picture *board; /* owned; NULL: there is none */
 	/* owned by the thread that renders */
 	struct sim_truth truth;
 	uint32_t drawn_count;
@@ -82,6 +84,15 @@ static void fill(struct sim_hd_renderer *renderer)
 	fill_background(renderer, &rng);
 }
 
+/* White paper in warm light. */
+static int add_board(struct sim_hd_renderer *renderer)
+{
+	const struct board_paper paper = {.grey = {{170, 150}, {150, 120}}, .covers = true};
+
+	return board_picture_create(&renderer->board, renderer->scene, renderer->camera,
+				    BLUR_SIGMA_PX, &paper);
+}
+
 int sim_hd_renderer_create(struct sim_hd_renderer **out, const struct sim_scene *scene,
 			   uint32_t camera)
 {
@@ -93,7 +104,8 @@ int sim_hd_renderer_create(struct sim_hd_renderer **out, const struct sim_scene 
 	renderer->camera = camera;
 	renderer->background = malloc(pixel_count(renderer));
 	renderer->image = malloc(pixel_count(renderer));
-	if (!renderer->background || !renderer->image || noise_create(&renderer->noise, 0) != 0) {
+	if (!renderer->background || !renderer->image || noise_create(&renderer->noise, 0) != 0 ||
+	    (scene->script.board && add_board(renderer) != 0)) {
 		sim_hd_renderer_destroy(renderer);
 		return -ENOMEM;
 	}
@@ -107,6 +119,7 @@ void sim_hd_renderer_destroy(struct sim_hd_renderer *renderer)
 	if (!renderer)
 		return;
 	noise_destroy(renderer->noise);
+	board_picture_destroy(renderer->board);
 	free(renderer->background);
 	free(renderer->image);
 	free(renderer);
@@ -189,8 +202,13 @@ const uint8_t *sim_hd_render(struct sim_hd_renderer *renderer, uint64_t shot, in
 		 64 + renderer->camera);
 	scene_pose_markers(renderer->scene, time_s, &renderer->truth);
 	put_back(renderer);
-	draw_head(renderer, &rng);
-	draw_markers(renderer, &rng);
+	if (renderer->board) {
+		renderer->drawn[renderer->drawn_count++] = board_picture_draw(
+			renderer->board, shot, renderer->noise, &rng, renderer->image);
+	} else {
+		draw_head(renderer, &rng);
+		draw_markers(renderer, &rng);
+	}
 	*width_px = camera->width_px;
 	*height_px = camera->height_px;
 	return renderer->image;
