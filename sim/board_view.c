@@ -69,7 +69,7 @@ static bool add_outline(const struct board_view *view, double time_s, double low
 		return false;
 	for (int i = 0; i < 4 * OUTLINE_STEPS; i++) {
 		int side = i / OUTLINE_STEPS;
-		double along = (double)(i % OUTLINE_STEPS) / OUTLINE_STEPS, pixel[2];
+		double along = (double)(i % OUTLINE_STEPS) / (OUTLINE_STEPS - 1), pixel[2];
 		double across =
 			side % 2; /* sides 0 and 1 left and right, 2 and 3 above and below */
 		double u = side < 2 ? across : along, v = side < 2 ? along : across;

@@ -37,7 +37,8 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	scene->hd_divider = options->hd_divider ? options->hd_divider : DEFAULT_HD_DIVIDER;
 	scene->hd_phase = options->hd_phase % scene->hd_divider;
 	scene->hd_after_ir_ns = options->hd_after_ir_ns;
-	scene->hd_row_ns = options->hd_row_ns;
+	scene->hd_row_ns =
+		options->hd_row_ns ? options->hd_row_ns : llround(1e3 * scene->script.hd_row_us);
 	face_init(&scene->actors[0].face, options->seed);
 	scene->actor_count = 1;
 	scene->layout = scene->actors[0].face.layout;

@@ -17,6 +17,9 @@
 #define DEFAULT_SCENE "talking"
 #define SECONDS_MAX 86400
 
+/* The rows of a picture fit between two of them. */
+#define HD_ROW_MAX_US 25
+
 static const char *const placements[] = {"face", "room", NULL};
 static const char *const lenses[] = {"opencv8", "splined", NULL};
 static const char *const optics[] = {"gaussian", "tailed", NULL};
@@ -49,6 +52,8 @@ static const struct yaml_key keys[] = {
 	{"actors", YAML_CUSTOM, .read = scene_read_actors},
 	{"events", YAML_CUSTOM, .read = scene_read_events},
 	{"faults", YAML_CUSTOM, .read = read_faults},
+	{"hd_row_us", YAML_DOUBLE, AT(hd_row_us), .min = 0, .max = HD_ROW_MAX_US,
+	 .unit = "microseconds"},
 	{0},
 };
 

@@ -84,6 +84,7 @@ struct sim_script {
 	bool ring_lights;            /* of the HD cameras, seen by the IR ones */
 	bool cross_strobes;          /* IR cameras see each other's strobes */
 	double ambient_grey;         /* of the IR images, above the black level */
+	double hd_row_us;            /* rolling shutter of the HD cameras; 0 = global */
 	bool board;                  /* a calibration board is waved instead of actors */
 	uint32_t actor_count;
 	struct sim_actor_script actors[SIM_ACTOR_MAX];

@@ -13,13 +13,13 @@ static json_t *vec3_json(struct vec3 v)
 	return json_pack("[f,f,f]", v.x, v.y, v.z);
 }
 
-static json_t *head_json(const struct pose *rt_stage_head)
+static json_t *pose_json(const struct pose *pose)
 {
 	double q[4];
 
-	pose_to_quaternion(rt_stage_head, q);
+	pose_to_quaternion(pose, q);
 	return json_pack("{s:[f,f,f,f],s:o}", "q", q[0], q[1], q[2], q[3], "t_m",
-			 vec3_json(rt_stage_head->t));
+			 vec3_json(pose->t));
 }
 
 static json_t *visible_json(const struct sim_scene *scene, uint32_t mask)
@@ -54,11 +54,16 @@ int truth_json_write(const struct sim_scene *scene, uint64_t shot, const struct 
 {
 	json_t *line = json_pack("{s:I,s:I,s:o,s:o}", "shot", (json_int_t)shot, "mid_exposure_ns",
 				 (json_int_t)sim_scene_mid_exposure_ns(scene, shot), "head",
-				 head_json(&truth->actors[0].rt_stage_head), "markers",
+				 pose_json(&truth->actors[0].rt_stage_head), "markers",
 				 markers_json(scene, truth));
 
 	if (!line)
 		return -ENOMEM;
+	if (scene->script.board) { /* rt_stage_board */
+		struct pose rt = sim_board_pose(&scene->board, truth->time_s);
+
+		json_object_set_new(line, "board", pose_json(&rt));
+	}
 	int bad = json_dumpf(line, file, JSON_COMPACT | JSON_REAL_PRECISION(17)) != 0 ||
 		  fputc('\n', file) == EOF;
 

@@ -215,6 +215,37 @@ static void a_rolling_shutter_moves_picture_and_truth_alike(void **state)
 	sim_scene_destroy(global);
 }
 
+static void the_whole_plate_is_drawn(void **state)
+{
+	struct sim_scene *scene = make(6, 0);
+	static struct board_art art;
+	static struct board_view view;
+
+	(void)state;
+	assert_int_equal(board_art_init(&art, &scene->board), 0);
+	board_view_init(&view, &scene->board, &art, &scene->cameras[1], 0.9, 1.3);
+	for (int i = 0; i < 100; i++) {
+		struct exposure exposure = {.mid_s = 0.3 * i};
+		struct pose rt = sim_board_pose(&scene->board, exposure.mid_s);
+
+		board_view_begin(&view, &exposure);
+		for (int corner = 0; corner < 4; corner++) {
+			double x_m = corner & 1 ? art.high_m[0] : art.low_m[0], pixel[2];
+			double y_m = corner & 2 ? art.high_m[1] : art.low_m[1];
+
+			assert_true(sim_camera_project(
+				&scene->cameras[1],
+				pose_apply(&rt, board_point_m(&scene->board.print, x_m, y_m)),
+				pixel));
+			if (is_well_inside(&scene->cameras[1], pixel) &&
+			    sim_board_faces(&rt, &scene->cameras[1]))
+				assert_true(pixel[0] > view.box.x0 && pixel[0] < view.box.x1 &&
+					    pixel[1] > view.box.y0 && pixel[1] < view.box.y1);
+		}
+	}
+	sim_scene_destroy(scene);
+}
+
 /* A detector numbers pixels from the corner of the top-left one. */
 static void check_tag(const struct sim_scene *scene, const struct sim_camera *camera,
 		      const struct exposure *exposure, const apriltag_detection_t *tag)
@@ -358,6 +389,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(drawn_corners_are_where_the_truth_projects_them),
 		cmocka_unit_test(a_rolling_shutter_moves_picture_and_truth_alike),
+		cmocka_unit_test(the_whole_plate_is_drawn),
 		cmocka_unit_test(a_detector_reads_the_tags_where_they_are),
 		cmocka_unit_test(the_board_comes_everywhere_and_is_seen_from_all_sides),
 		cmocka_unit_test(the_same_shot_gives_the_same_board_whatever_came_before),
