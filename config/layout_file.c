@@ -131,6 +131,22 @@ static void read_marker(struct yaml *yaml, const struct yaml_value *value, struc
 	r->layout.marker_count++;
 }
 
+/* A segment's first marker is where a later one finds its name. */
+static uint32_t count_segments(const struct layout *layout)
+{
+	uint32_t count = 0;
+
+	for (uint32_t i = 0; i < layout->marker_count; i++) {
+		const char *segment = layout->markers[i].segment;
+		uint32_t k = 0;
+
+		while (k < i && strcmp(layout->markers[k].segment, segment) != 0)
+			k++;
+		count += *segment && k == i;
+	}
+	return count;
+}
+
 static void read_markers(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
 	struct reading *r = target;
@@ -150,6 +166,10 @@ static void read_markers(struct yaml *yaml, const struct yaml_value *value, void
 	if (fy_node_is_sequence(value->node) && index + 1 < MARKERS_MIN)
 		yaml_complain(yaml, value->place, value->field,
 			      "%d markers, but a head needs at least %d", index + 1, MARKERS_MIN);
+	if (count_segments(&r->layout) > SEGMENT_MAX)
+		yaml_complain(yaml, value->place, value->field,
+			      "%u segments, but a body may have at most %d",
+			      count_segments(&r->layout), SEGMENT_MAX);
 }
 
 static const struct yaml_key keys[] = {

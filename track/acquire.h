@@ -1,32 +1,36 @@
 /*
- * Finds the head from nothing: three rigid markers of the layout against every triangle of points
+ * Finds a head from nothing: three rigid markers of the layout against every triangle of points
  * with the same sides, the pose checked by how many markers then lie on points and how many points
- * are explained. Where too few markers are rigid, wide triangles of skin markers are tried, some
- * each shot. Pure, deterministic, bounded per shot.
+ * there are explained. Where too few markers are rigid, wide triangles of skin markers are tried,
+ * some each shot. Pure, deterministic, bounded per shot.
  */
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "track/layout.h"
-#include "track/match.h"
+#include "track/nearby.h"
+#include "track/tracker_state.h"
 
-#define ACQUIRE_POINT_MAX 192 /* more points than that: the best confirmed ones are used */
-#define ACQUIRE_PAIR_MAX (ACQUIRE_POINT_MAX * (ACQUIRE_POINT_MAX - 1) / 2)
+#define ACQUIRE_PAIR_MAX 80000
+#define ACQUIRE_BIN_M 0.0005
+#define ACQUIRE_SIDE_MAX_M 0.25 /* of a triangle; a face is smaller */
+#define ACQUIRE_BIN_COUNT 500
 
 struct acquire_scratch {
-	int point_count;
-	struct vec3 points_stage_m[ACQUIRE_POINT_MAX];
+	struct nearby free; /* the points that no found frame explains */
 	int pair_count;
 	struct acquire_pair {
-		float distance_m;
 		uint16_t a, b;
-	} pairs[ACQUIRE_PAIR_MAX]; /* by distance */
+	} pairs[ACQUIRE_PAIR_MAX]; /* by the bin of their distance */
+	int bin_start[ACQUIRE_BIN_COUNT + 1];
 };
 
-/* `cursor` says where the search goes on in the next shot. Returns true with the pose when one fits
- * and no other fits nearly as well. */
-bool acquire_head(struct acquire_scratch *scratch, const struct layout *layout,
-		  const struct point *points, uint32_t point_count, uint32_t *cursor,
+/* Once per shot, before the heads are searched for. `taken[p]`: point p is explained. */
+void acquire_begin(struct acquire_scratch *scratch, const struct point *points,
+		   uint32_t point_count, const bool *taken);
+
+/* The frame is a head; its cursor says where the search goes on in the next shot. Returns true with
+ * the pose when one fits and no other fits nearly as well. */
+bool acquire_head(struct acquire_scratch *scratch, struct tracker_state *state, int frame,
 		  struct pose *rt_stage_head);

@@ -7,86 +7,78 @@
 #include "track/rigid.h"
 
 #define CARRY_MAX_S 0.1      /* the head's velocity is carried on this long */
-#define NEAR_M 0.008         /* how far a point may be from where a marker is expected */
 #define RIGID_SIGMA_M 0.0001 /* how stiff a jig is */
+#define BODY_SIGMA_M 0.002   /* ... and a suit on a limb */
 #define SKIN_SHARED 3.0
-#define FIRST_RIGID_SIGMA_M 0.0003 /* against predictions */
-#define FIRST_SKIN_SIGMA_M 0.003
 #define REST_SIGMA_MIN_M 0.0005
-#define ROBUST_RIGID_M 0.0015 /* errors beyond this lose their weight */
-#define ROBUST_SKIN_M 0.005
 #define ROUNDS 4
 #define AGREE_MIN 3
-#define CLOSE_RIGID_M 0.0015
-#define CLOSE_SKIN_M 0.002
 #define CLOSE_SHARE 0.3       /* of the pairs, where the rigid markers agree */
 #define CLOSE_SHARE_ALONE 0.6 /* ... and where they do not show */
 #define SETTLED_M 0.0015      /* a shorter move pairs nothing anew */
 
-struct pose head_predict(const struct head_state *head, int64_t now_ns)
+/* How far a point may be from where a marker is expected, by enum label_kind as all of these. */
+static const double NEAR_M[] = {0.008, 0.008, 0.020};
+static const double FIRST_SIGMA_M[] = {0.003, 0.0003, 0.004}; /* against predictions */
+static const double ROBUST_M[] = {0.005, 0.0015, 0.010};      /* errors beyond lose their weight */
+static const double CLOSE_M[] = {0.002, 0.0015, 0.006};
+
+struct pose head_predict(const struct frame_state *frame, int64_t now_ns)
 {
-	double dt_s = fmin((double)(now_ns - head->seen_ns) * 1e-9, CARRY_MAX_S);
-	struct pose turn = pose_from_rotation_vector(vec3_scale(head->turn_rate_rad_s, dt_s));
-	struct pose turned = head->rt_stage_head;
+	double dt_s = fmin((double)(now_ns - frame->seen_ns) * 1e-9, CARRY_MAX_S);
+	struct pose turn = pose_from_rotation_vector(vec3_scale(frame->turn_rate_rad_s, dt_s));
+	struct pose turned = frame->rt_stage_frame;
 
 	turned.t = (struct vec3){0, 0, 0};
 	turned = pose_compose(&turn, &turned);
-	turned.t = vec3_add(head->rt_stage_head.t, vec3_scale(head->velocity_m_s, dt_s));
+	turned.t = vec3_add(frame->rt_stage_frame.t, vec3_scale(frame->velocity_m_s, dt_s));
 	return turned;
 }
 
-static int nearest_point(const struct point *points, uint32_t point_count, struct vec3 expected,
-			 double *distance2_m2)
-{
-	int best = -1;
-
-	*distance2_m2 = NEAR_M * NEAR_M;
-	for (uint32_t p = 0; p < point_count; p++) {
-		struct vec3 d = vec3_sub(points[p].fix.p_stage_m, expected);
-		double d2 = vec3_dot(d, d);
-
-		if (d2 < *distance2_m2) {
-			*distance2_m2 = d2;
-			best = (int)p;
-		}
-	}
-	return best;
-}
-
 /* Nearest point to each predicted marker, each point taken only by the marker nearest to it. */
-static void pair_up(const struct predictions *predictions, const struct point *points,
-		    uint32_t point_count, const struct pose *pose, int16_t *point_of_label)
+static void pair_up(const struct tracker_state *state, int frame,
+		    const struct predictions *predictions, const struct nearby *nearby,
+		    const struct pose *pose, int16_t *entry_of_label)
 {
+	const struct frame_state *f = &state->frames[frame];
 	double taken_m2[POINT_MAX];
 	int16_t taken_by[POINT_MAX];
 
-	for (uint32_t p = 0; p < point_count; p++)
-		taken_by[p] = LABEL_NONE;
-	for (uint32_t i = 0; i < predictions->count; i++) {
+	for (int k = 0; k < nearby->count; k++)
+		taken_by[k] = LABEL_NONE;
+	for (int i = f->label_first; i < f->label_end; i++) {
+		const struct prediction *p = &predictions->labels[i];
 		double distance2_m2;
 
-		point_of_label[i] = -1;
-		if (!predictions->fresh_start && !predictions->labels[i].recent)
+		entry_of_label[i] = -1;
+		if (state->labels[i].frame != frame || (!predictions->fresh[frame] && !p->recent))
 			continue;
-		int best = nearest_point(points, point_count,
-					 pose_apply(pose, predictions->labels[i].local_m),
-					 &distance2_m2);
+		int best = nearby_nearest(nearby, pose_apply(pose, p->local_m),
+					  NEAR_M[state->labels[i].kind], &distance2_m2);
 		if (best < 0 || (taken_by[best] >= 0 && distance2_m2 >= taken_m2[best]))
 			continue;
 		if (taken_by[best] >= 0)
-			point_of_label[taken_by[best]] = -1;
+			entry_of_label[taken_by[best]] = -1;
 		taken_m2[best] = distance2_m2;
 		taken_by[best] = (int16_t)i;
-		point_of_label[i] = (int16_t)best;
+		entry_of_label[i] = (int16_t)best;
 	}
 }
 
 struct fit_pairs {
 	int count, rigid_count;
 	struct rigid_pair pairs[LABEL_MAX];
-	bool rigid[LABEL_MAX];
+	uint8_t kind[LABEL_MAX]; /* enum label_kind */
 	double sigma_m[LABEL_MAX];
 };
+
+static void add_pair(struct fit_pairs *fit, uint8_t kind, double sigma_m, struct vec3 from_m,
+		     struct vec3 to_m)
+{
+	fit->kind[fit->count] = kind;
+	fit->sigma_m[fit->count] = sigma_m;
+	fit->pairs[fit->count++] = (struct rigid_pair){from_m, to_m, 1};
+}
 
 /* Starting from `pose`, rounds of weighting by the error and fitting. */
 static bool fit_robustly(struct fit_pairs *fit, struct pose *pose)
@@ -97,8 +89,7 @@ static bool fit_robustly(struct fit_pairs *fit, struct pose *pose)
 		agree = 0;
 		for (int i = 0; i < fit->count; i++) {
 			double sigma_m = fit->sigma_m[i];
-			double scale_m =
-				fmax(2 * sigma_m, fit->rigid[i] ? ROBUST_RIGID_M : ROBUST_SKIN_M);
+			double scale_m = fmax(2 * sigma_m, ROBUST_M[fit->kind[i]]);
 			/* the guess may be far off: begin wide */
 			scale_m *= round == 0 ? 6 : round == 1 ? 2 : 1;
 			double ratio = rigid_error(&fit->pairs[i], pose) / scale_m;
@@ -123,19 +114,21 @@ double head_distance_m(const struct pose *a, const struct pose *b)
 
 /* A head that settled one marker aside pairs most markers too, but few of them closely, and never
  * the rigid ones. */
-static bool is_convincing(const struct layout *layout, const struct predictions *predictions,
-			  const struct fit_pairs *fit, const struct pose *pose)
+static bool is_convincing(const struct tracker_state *state, int frame,
+			  const struct predictions *predictions, const struct fit_pairs *fit,
+			  const struct pose *pose)
 {
+	const struct frame_state *f = &state->frames[frame];
 	int close = 0, rigid_close = 0, rigid_recent = 0;
 
-	for (uint32_t i = 0; i < predictions->count; i++)
-		rigid_recent += layout->markers[i].rigid && predictions->labels[i].recent;
+	for (int i = f->label_first; i < f->label_end; i++)
+		rigid_recent +=
+			state->labels[i].kind == LABEL_SKULL && predictions->labels[i].recent;
 	for (int i = 0; i < fit->count; i++) {
-		bool is_close = rigid_error(&fit->pairs[i], pose) <
-				(fit->rigid[i] ? CLOSE_RIGID_M : CLOSE_SKIN_M);
+		bool is_close = rigid_error(&fit->pairs[i], pose) < CLOSE_M[fit->kind[i]];
 
 		close += is_close;
-		rigid_close += is_close && fit->rigid[i];
+		rigid_close += is_close && fit->kind[i] == LABEL_SKULL;
 	}
 	double share = (double)close / fit->count;
 
@@ -144,61 +137,69 @@ static bool is_convincing(const struct layout *layout, const struct predictions 
 	return rigid_recent < 3 || rigid_close >= 2 || share >= CLOSE_SHARE_ALONE;
 }
 
-bool head_refine(const struct layout *layout, const struct predictions *predictions,
-		 const struct point *points, uint32_t point_count, struct pose *pose)
+static void collect_near(const struct tracker_state *state, int frame,
+			 const struct predictions *predictions, const struct nearby *nearby,
+			 const struct pose *pose, struct fit_pairs *fit)
 {
-	int16_t point_of_label[LABEL_MAX];
+	const struct frame_state *f = &state->frames[frame];
+	int16_t entry_of_label[LABEL_MAX];
+
+	fit->count = fit->rigid_count = 0;
+	pair_up(state, frame, predictions, nearby, pose, entry_of_label);
+	for (int i = f->label_first; i < f->label_end; i++)
+		if (entry_of_label[i] >= 0)
+			add_pair(fit, state->labels[i].kind, FIRST_SIGMA_M[state->labels[i].kind],
+				 predictions->labels[i].local_m,
+				 nearby->p_stage_m[entry_of_label[i]]);
+}
+
+bool head_refine(const struct tracker_state *state, int frame,
+		 const struct predictions *predictions, const struct nearby *nearby,
+		 struct pose *pose)
+{
 	struct pose refined = *pose;
 	struct fit_pairs fit;
 
 	for (int again = 0; again < 2; again++) {
 		struct pose before = refined;
 
-		fit.count = fit.rigid_count = 0;
-		pair_up(predictions, points, point_count, &refined, point_of_label);
-		for (uint32_t i = 0; i < predictions->count; i++) {
-			if (point_of_label[i] < 0)
-				continue;
-			fit.rigid[fit.count] = layout->markers[i].rigid;
-			fit.sigma_m[fit.count] =
-				layout->markers[i].rigid ? FIRST_RIGID_SIGMA_M : FIRST_SKIN_SIGMA_M;
-			fit.pairs[fit.count++] =
-				(struct rigid_pair){predictions->labels[i].local_m,
-						    points[point_of_label[i]].fix.p_stage_m, 1};
-		}
+		collect_near(state, frame, predictions, nearby, &refined, &fit);
 		if (fit.count < AGREE_MIN || !fit_robustly(&fit, &refined))
 			return false;
 		if (head_distance_m(&before, &refined) < SETTLED_M)
 			break;
 	}
-	if (!is_convincing(layout, predictions, &fit, &refined))
+	if (!is_convincing(state, frame, predictions, &fit, &refined))
 		return false;
 	*pose = refined;
 	return true;
 }
 
-static void collect_named(const struct layout *layout, const struct tracker_state *state,
-			  const struct point *points, const int16_t *point_of_label,
-			  struct fit_pairs *fit)
+/* How far a marker may be from where its frame has it. Skin moves together: many markers of it are
+ * worth a few. */
+static double still_m(const struct label_state *label)
 {
-	for (uint32_t i = 0; i < layout->marker_count; i++)
-		fit->rigid_count += layout->markers[i].rigid && point_of_label[i] >= 0;
-	for (uint32_t i = 0; i < layout->marker_count; i++) {
-		bool rigid = layout->markers[i].rigid;
+	if (label->kind == LABEL_SKIN)
+		return SKIN_SHARED * (sqrt(label->rest_variance_m2) + REST_SIGMA_MIN_M);
+	return label->kind == LABEL_SKULL ? RIGID_SIGMA_M : BODY_SIGMA_M;
+}
+
+static void collect_named(const struct tracker_state *state, int frame, const struct point *points,
+			  const int16_t *point_of_label, struct fit_pairs *fit)
+{
+	const struct frame_state *f = &state->frames[frame];
+
+	fit->count = fit->rigid_count = 0;
+	for (int i = f->label_first; i < f->label_end; i++) {
 		const struct label_state *label = &state->labels[i];
 
-		if (point_of_label[i] < 0)
+		if (label->frame != frame || point_of_label[i] < 0)
 			continue;
 		const struct point *point = &points[point_of_label[i]];
-		/* Skin moves together: many markers of it are worth a few. */
-		double still_m =
-			rigid ? RIGID_SIGMA_M
-			      : SKIN_SHARED * (sqrt(label->rest_variance_m2) + REST_SIGMA_MIN_M);
-		fit->rigid[fit->count] = rigid;
-		fit->sigma_m[fit->count] = hypot(still_m, fix_noise_m(&point->fix));
-		fit->pairs[fit->count++] =
-			(struct rigid_pair){rigid ? layout->markers[i].neutral_m : label->rest_m,
-					    point->fix.p_stage_m, 1};
+		fit->rigid_count += label->kind != LABEL_SKIN;
+		add_pair(fit, label->kind, hypot(still_m(label), fix_noise_m(&point->fix)),
+			 label->kind == LABEL_SKIN ? label->rest_m : label->base_m,
+			 point->fix.p_stage_m);
 	}
 }
 
@@ -209,7 +210,7 @@ static double fit_residual_m(const struct fit_pairs *fit, const struct pose *pos
 	int count = 0;
 
 	for (int i = 0; i < fit->count; i++) {
-		if (!fit->rigid[i] && fit->rigid_count > 0)
+		if (fit->kind[i] == LABEL_SKIN && fit->rigid_count > 0)
 			continue;
 		double error_m = rigid_error(&fit->pairs[i], pose);
 		sum_m2 += error_m * error_m;
@@ -218,16 +219,14 @@ static double fit_residual_m(const struct fit_pairs *fit, const struct pose *pos
 	return sqrt(sum_m2 / count);
 }
 
-void head_fit(const struct layout *layout, const struct tracker_state *state,
-	      const struct point *points, const int16_t *point_of_label, const struct pose *guess,
-	      struct head *out)
+void head_fit(const struct tracker_state *state, int frame, const struct point *points,
+	      const int16_t *point_of_label, const struct pose *guess, struct head *out)
 {
 	struct fit_pairs fit;
 	struct pose pose = *guess;
 
-	fit.count = fit.rigid_count = 0;
 	out->valid = 0;
-	collect_named(layout, state, points, point_of_label, &fit);
+	collect_named(state, frame, points, point_of_label, &fit);
 	if (fit.count < AGREE_MIN || !fit_robustly(&fit, &pose))
 		return;
 	out->valid = 1;
@@ -236,19 +235,20 @@ void head_fit(const struct layout *layout, const struct tracker_state *state,
 	out->residual_m = fit_residual_m(&fit, &pose);
 }
 
-void head_update(struct head_state *head, const struct pose *pose, int64_t now_ns)
+void head_update(struct frame_state *frame, const struct pose *pose, int64_t now_ns)
 {
-	double dt_s = (double)(now_ns - head->seen_ns) * 1e-9;
+	double dt_s = (double)(now_ns - frame->seen_ns) * 1e-9;
 
-	head->velocity_m_s = head->turn_rate_rad_s = (struct vec3){0, 0, 0};
-	if (head->tracked && dt_s > 0 && dt_s <= CARRY_MAX_S) {
-		struct pose back = pose_inverse(&head->rt_stage_head);
+	frame->velocity_m_s = frame->turn_rate_rad_s = (struct vec3){0, 0, 0};
+	if (frame->tracked && dt_s > 0 && dt_s <= CARRY_MAX_S) {
+		struct pose back = pose_inverse(&frame->rt_stage_frame);
 		struct pose turn = pose_compose(pose, &back);
 
-		head->turn_rate_rad_s = vec3_scale(pose_to_rotation_vector(&turn), 1 / dt_s);
-		head->velocity_m_s = vec3_scale(vec3_sub(pose->t, head->rt_stage_head.t), 1 / dt_s);
+		frame->turn_rate_rad_s = vec3_scale(pose_to_rotation_vector(&turn), 1 / dt_s);
+		frame->velocity_m_s =
+			vec3_scale(vec3_sub(pose->t, frame->rt_stage_frame.t), 1 / dt_s);
 	}
-	head->rt_stage_head = *pose;
-	head->seen_ns = now_ns;
-	head->tracked = true;
+	frame->rt_stage_frame = *pose;
+	frame->seen_ns = now_ns;
+	frame->tracked = true;
 }

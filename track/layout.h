@@ -13,6 +13,7 @@
 
 #define NAME_BYTES 64 /* of a marker, group, camera or actor, with the NUL */
 #define ACTOR_MAX HEAD_MAX
+#define SEGMENT_MAX 9 /* of one body */
 
 struct layout_marker {
 	char name[NAME_BYTES];

@@ -4,10 +4,14 @@
  */
 #include "track/predict.h"
 
+#include <assert.h>
+#include <string.h>
+
 #define RECENT_S 0.1           /* own motion is trusted this long */
 #define EXTRAPOLATE_MAX_S 0.05 /* velocity is carried on this long */
 #define ACCELERATION_M_S2 12.0 /* of skin against the skull, one sigma: 1 m/s at 4 Hz is 25 */
 #define SIGMA_MIN_M 0.0004
+#define BODY_SIGMA_M 0.003 /* of a body marker against its segment */
 #define SIGMA_MAX_M 0.010
 #define FRESH_SIGMA_M 0.004 /* of a face against its neutral layout */
 #define OFFSET_FADE_S 0.5   /* an own offset from the neighbours is forgotten */
@@ -35,67 +39,137 @@ static void insert_neighbour(struct label_state *label, const double *distance_m
 	label->neighbours[place] = (struct neighbour){other, spread_m * spread_m + SPREAD_MIN_M2};
 }
 
-void predict_init(struct tracker_state *state, const struct layout *layout)
+/* Two groups that differ in upper and lower alone: lips, or lids. They lie close and part. */
+static bool groups_oppose(const char *a, const char *b)
 {
+	const char *upper = strstr(a, "upper"), *lower = strstr(b, "lower");
+
+	return upper && lower && upper - a == lower - b &&
+	       strncmp(a, b, (size_t)(upper - a)) == 0 && strcmp(upper + 5, lower + 5) == 0;
+}
+
+static bool may_speak_for(const struct tracker_state *state, const struct layout *layout,
+			  uint32_t a, uint32_t b)
+{
+	const struct label_state *label = &state->labels[a], *other = &state->labels[b];
+	const char *group = layout->markers[a].group, *its = layout->markers[b].group;
+
+	/* a rigid marker says nothing of skin, nor skin of it */
+	return a != b && label->frame == other->frame && label->kind == LABEL_SKIN &&
+	       other->kind == LABEL_SKIN && !groups_oppose(group, its) &&
+	       !groups_oppose(its, group);
+}
+
+static void init_neighbours(struct tracker_state *state, const struct layout *layout, uint32_t i)
+{
+	const struct layout_actor *actor = &layout->actors[state->labels[i].actor];
+	struct label_state *label = &state->labels[i];
 	double distance_m[LABEL_MAX];
 
-	for (uint32_t i = 0; i < layout->marker_count; i++) {
-		struct label_state *label = &state->labels[i];
-
-		label->spacing_m = INFINITY;
-		label->rest_m = layout->markers[i].neutral_m;
-		label->rest_variance_m2 = REST_PRIOR_M2;
-		for (uint32_t k = 0; k < layout->marker_count; k++) {
-			distance_m[k] = vec3_distance(layout->markers[i].neutral_m,
-						      layout->markers[k].neutral_m);
-			if (k == i)
-				continue;
+	label->spacing_m = INFINITY;
+	for (uint32_t k = actor->first; k < actor->first + actor->count; k++) {
+		distance_m[k] =
+			vec3_distance(layout->markers[i].neutral_m, layout->markers[k].neutral_m);
+		if (k != i)
 			label->spacing_m = fmin(label->spacing_m, distance_m[k]);
-			/* a rigid marker says nothing of skin, nor skin of it */
-			if (!layout->markers[i].rigid && !layout->markers[k].rigid &&
-			    distance_m[k] < NEIGHBOUR_DISTANCE_MAX_M)
-				insert_neighbour(label, distance_m, (int16_t)k);
-		}
+		if (may_speak_for(state, layout, i, k) && distance_m[k] < NEIGHBOUR_DISTANCE_MAX_M)
+			insert_neighbour(label, distance_m, (int16_t)k);
 	}
 }
 
-static struct prediction predict_recent(const struct label_state *label, bool rigid, double age_s)
+/* The segment's frame, a new one for the first marker that names it. */
+static int16_t frame_of(struct tracker_state *state, const struct layout *layout, uint32_t i)
 {
-	double carried_s = fmin(age_s, EXTRAPOLATE_MAX_S);
-	double sigma_m =
-		rigid ? SIGMA_MIN_M : SIGMA_MIN_M + 0.5 * ACCELERATION_M_S2 * age_s * age_s;
+	int16_t actor = state->labels[i].actor;
 
-	return (struct prediction){
-		rigid ? label->local_m
-		      : vec3_add(label->local_m, vec3_scale(label->velocity_m_s, carried_s)),
-		fmin(sigma_m, SIGMA_MAX_M), true};
+	if (!layout->markers[i].segment[0])
+		return actor;
+	for (uint32_t k = layout->actors[actor].first; k < i; k++)
+		if (strcmp(layout->markers[k].segment, layout->markers[i].segment) == 0)
+			return state->labels[k].frame;
+	assert(state->frame_count < FRAME_MAX);
+	state->frames[state->frame_count].actor = actor;
+	return (int16_t)state->frame_count++;
 }
 
-void predict_motion(const struct tracker_state *state, const struct layout *layout, int64_t now_ns,
-		    struct predictions *out)
+static void init_label(struct tracker_state *state, const struct layout *layout, int16_t actor,
+		       uint32_t i)
 {
-	out->count = layout->marker_count;
-	out->fresh_start = true;
-	for (uint32_t i = 0; i < layout->marker_count; i++) {
+	const struct layout_marker *marker = &layout->markers[i];
+	struct label_state *label = &state->labels[i];
+
+	label->actor = actor;
+	label->kind = marker->segment[0] ? LABEL_BODY : marker->rigid ? LABEL_SKULL : LABEL_SKIN;
+	label->frame = frame_of(state, layout, i);
+	label->base_m = label->rest_m = marker->neutral_m;
+	label->rest_variance_m2 = REST_PRIOR_M2;
+	struct frame_state *frame = &state->frames[label->frame];
+	if (frame->label_count++ == 0)
+		frame->label_first = (uint16_t)i;
+	frame->label_end = (uint16_t)(i + 1);
+}
+
+void predict_init(struct tracker_state *state, const struct layout *layout)
+{
+	state->label_count = layout->marker_count;
+	state->actor_count = state->frame_count = layout->actor_count;
+	for (uint32_t a = 0; a < layout->actor_count; a++) {
+		const struct layout_actor *actor = &layout->actors[a];
+
+		state->frames[a].actor = (int16_t)a;
+		for (uint32_t i = actor->first; i < actor->first + actor->count; i++)
+			init_label(state, layout, (int16_t)a, i);
+		for (uint32_t i = actor->first; i < actor->first + actor->count; i++)
+			init_neighbours(state, layout, i);
+	}
+}
+
+static const double STIFF_SIGMA_M[] = {
+	[LABEL_SKULL] = SIGMA_MIN_M,
+	[LABEL_BODY] = BODY_SIGMA_M,
+};
+
+static struct prediction predict_recent(const struct label_state *label, double age_s)
+{
+	double carried_s = fmin(age_s, EXTRAPOLATE_MAX_S);
+
+	if (label->kind != LABEL_SKIN)
+		return (struct prediction){label->local_m, STIFF_SIGMA_M[label->kind], true};
+	return (struct prediction){
+		vec3_add(label->local_m, vec3_scale(label->velocity_m_s, carried_s)),
+		fmin(SIGMA_MIN_M + 0.5 * ACCELERATION_M_S2 * age_s * age_s, SIGMA_MAX_M), true};
+}
+
+/* Where it was when it was last known, else where the layout has it. */
+static struct prediction predict_stale(const struct label_state *label)
+{
+	if (label->kind != LABEL_SKIN)
+		return (struct prediction){label->confirmed ? label->local_m : label->base_m,
+					   2 * STIFF_SIGMA_M[label->kind], false};
+	return (struct prediction){label->confirmed ? label->filled_m : label->base_m,
+				   FRESH_SIGMA_M, false};
+}
+
+void predict_motion(const struct tracker_state *state, int64_t now_ns, struct predictions *out)
+{
+	out->count = state->label_count;
+	for (uint32_t f = 0; f < state->frame_count; f++)
+		out->fresh[f] = true;
+	for (uint32_t i = 0; i < state->label_count; i++) {
 		const struct label_state *label = &state->labels[i];
 		double age_s = (double)(now_ns - label->seen_ns) * 1e-9;
 
 		if (label->confirmed && !label->doubted && age_s <= RECENT_S) {
-			out->labels[i] = predict_recent(label, layout->markers[i].rigid, age_s);
-			out->fresh_start = false;
+			out->labels[i] = predict_recent(label, age_s);
+			out->fresh[label->frame] = false;
 		} else {
-			struct vec3 local_m =
-				label->confirmed ? label->filled_m : layout->markers[i].neutral_m;
-			double sigma_m = layout->markers[i].rigid ? 2 * SIGMA_MIN_M : FRESH_SIGMA_M;
-
-			out->labels[i] = (struct prediction){local_m, sigma_m, false};
+			out->labels[i] = predict_stale(label);
 		}
 	}
 }
 
-int predict_displacement(const struct label_state *label, const struct layout *layout,
-			 const bool *seen, const struct vec3 *seen_m, struct vec3 *displacement_m,
-			 double *sigma_m)
+int predict_told(const struct tracker_state *state, const struct label_state *label,
+		 const bool *seen, const struct vec3 *seen_m, struct vec3 *told_m, double *sigma_m)
 {
 	struct vec3 sum = {0, 0, 0};
 	double weight = 0;
@@ -107,13 +181,13 @@ int predict_displacement(const struct label_state *label, const struct layout *l
 		if (!seen[neighbour->label])
 			continue;
 		double w = 1 / neighbour->spread_m2;
-		struct vec3 moved = vec3_sub(seen_m[neighbour->label],
-					     layout->markers[neighbour->label].neutral_m);
+		struct vec3 moved =
+			vec3_sub(seen_m[neighbour->label], state->labels[neighbour->label].base_m);
 		sum = vec3_add(sum, vec3_scale(moved, w));
 		weight += w;
 		count++;
 	}
-	*displacement_m = count ? vec3_scale(sum, 1 / weight) : sum;
+	*told_m = vec3_add(label->base_m, count ? vec3_scale(sum, 1 / weight) : sum);
 	/* Neighbours err together: the mean is as good as two of them, not as all. */
 	*sigma_m = count ? fmin(sqrt(0.5 * count / weight), SIGMA_MAX_M) : SIGMA_MAX_M;
 	return count;
@@ -157,33 +231,29 @@ static struct prediction refine_recent(const struct label_state *label,
 	return own;
 }
 
-static struct prediction fill_stale(const struct label_state *label, const struct layout *layout,
-				    uint32_t index, int64_t now_ns, const bool *seen,
-				    const struct vec3 *seen_m)
+static struct prediction fill_stale(const struct tracker_state *state,
+				    const struct label_state *label, int64_t now_ns,
+				    const bool *seen, const struct vec3 *seen_m)
 {
 	struct prediction filled = {.recent = false};
-	struct vec3 moved_m;
 	double fade = 0;
 
-	predict_displacement(label, layout, seen, seen_m, &moved_m, &filled.sigma_m);
+	if (label->kind != LABEL_SKIN)
+		return predict_stale(label);
+	predict_told(state, label, seen, seen_m, &filled.local_m, &filled.sigma_m);
 	if (label->confirmed)
 		fade = exp(-(double)(now_ns - label->seen_ns) * 1e-9 / OFFSET_FADE_S);
-	filled.local_m = vec3_add(vec3_add(layout->markers[index].neutral_m, moved_m),
-				  vec3_scale(label->offset_m, fade));
+	filled.local_m = vec3_add(filled.local_m, vec3_scale(label->offset_m, fade));
 	filled.sigma_m = fmax(filled.sigma_m, SIGMA_MIN_M);
-	if (layout->markers[index].rigid)
-		filled = (struct prediction){label->confirmed ? label->local_m
-							      : layout->markers[index].neutral_m,
-					     2 * SIGMA_MIN_M, false};
 	return filled;
 }
 
-void predict_from_neighbours(const struct tracker_state *state, const struct layout *layout,
-			     int64_t now_ns, const struct predictions *motion, const bool *seen,
+void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
+			     const struct predictions *motion, const bool *seen,
 			     const struct vec3 *seen_m, struct predictions *out)
 {
 	out->count = motion->count;
-	out->fresh_start = motion->fresh_start;
+	memcpy(out->fresh, motion->fresh, sizeof(out->fresh));
 	for (uint32_t i = 0; i < motion->count; i++) {
 		const struct label_state *label = &state->labels[i];
 
@@ -191,7 +261,7 @@ void predict_from_neighbours(const struct tracker_state *state, const struct lay
 			out->labels[i] =
 				refine_recent(label, motion, motion->labels[i], seen, seen_m);
 		else
-			out->labels[i] = fill_stale(label, layout, i, now_ns, seen, seen_m);
+			out->labels[i] = fill_stale(state, label, now_ns, seen, seen_m);
 	}
 }
 
@@ -204,7 +274,7 @@ static void learn_mean(double *mean_m2, double now_m2, double dt_s, double learn
 	*mean_m2 += (now_m2 - *mean_m2) * fmin(dt_s / time_s, 1);
 }
 
-static void learn_spread(struct label_state *label, const struct layout *layout, uint32_t i,
+static void learn_spread(struct tracker_state *state, struct label_state *label, struct vec3 own_m,
 			 double dt_s, const bool *seen, const struct vec3 *seen_m)
 {
 	for (int k = 0; k < label->neighbour_count; k++) {
@@ -212,8 +282,8 @@ static void learn_spread(struct label_state *label, const struct layout *layout,
 
 		if (!seen[other])
 			continue;
-		struct vec3 own = vec3_sub(seen_m[i], layout->markers[i].neutral_m);
-		struct vec3 its = vec3_sub(seen_m[other], layout->markers[other].neutral_m);
+		struct vec3 own = vec3_sub(own_m, label->base_m);
+		struct vec3 its = vec3_sub(seen_m[other], state->labels[other].base_m);
 		struct vec3 apart = vec3_sub(own, its);
 		double *spread_m2 = &label->neighbours[k].spread_m2;
 		double now_m2 = fmax(vec3_dot(apart, apart), SPREAD_MIN_M2);
@@ -230,15 +300,17 @@ static void learn_rest(struct label_state *label, double dt_s, struct vec3 seen_
 	label->rest_m = vec3_add(label->rest_m, vec3_scale(off, share));
 }
 
-void predict_learn(struct tracker_state *state, const struct layout *layout, double dt_s,
-		   bool anchored, const bool *seen, const struct vec3 *seen_m)
+void predict_learn(struct tracker_state *state, double dt_s, const bool *anchored, const bool *seen,
+		   const struct vec3 *seen_m)
 {
-	for (uint32_t i = 0; i < layout->marker_count; i++) {
-		if (!seen[i] || layout->markers[i].rigid)
+	for (uint32_t i = 0; i < state->label_count; i++) {
+		struct label_state *label = &state->labels[i];
+
+		if (!seen[i] || label->kind != LABEL_SKIN)
 			continue;
-		state->labels[i].learned_s += dt_s;
-		learn_spread(&state->labels[i], layout, i, dt_s, seen, seen_m);
-		if (anchored)
-			learn_rest(&state->labels[i], dt_s, seen_m[i]);
+		label->learned_s += dt_s;
+		learn_spread(state, label, seen_m[i], dt_s, seen, seen_m);
+		if (anchored[label->actor])
+			learn_rest(label, dt_s, seen_m[i]);
 	}
 }

@@ -8,10 +8,11 @@
 #include <stdint.h>
 
 #include "base/geometry.h"
-#include "track/observe.h"
+#include "track/layout.h"
 
 #define NEIGHBOUR_MAX 8
-#define LOOSE_MAX 128
+#define LOOSE_MAX 768
+#define FRAME_MAX (ACTOR_MAX * (1 + SEGMENT_MAX)) /* heads and segments of bodies */
 
 /* Another marker of the layout whose motion tells of this one's. */
 struct neighbour {
@@ -19,19 +20,29 @@ struct neighbour {
 	double spread_m2; /* mean square difference of the two displacements; learned */
 };
 
+enum label_kind {
+	LABEL_SKIN,  /* moves with its neighbours */
+	LABEL_SKULL, /* stiff against the head */
+	LABEL_BODY,  /* nearly stiff against its segment */
+};
+
 struct label_state {
 	/* from the layout */
+	uint8_t kind; /* enum label_kind */
+	int16_t actor;
+	int16_t frame; /* what carries it; the actor's head is frame `actor` */
 	int32_t neighbour_count;
 	struct neighbour neighbours[NEIGHBOUR_MAX];
 	double spacing_m; /* to the nearest other marker */
 
-	/* where it rests, head coordinates: learned while the rigid markers hold the head, so that
-	 * the skin can hold it when they are hidden */
+	struct vec3 base_m; /* where it is in the neutral face, as worn today */
+	/* where it rests, in the coordinates of its frame as all that follows: learned while the
+	 * rigid markers hold the head, so that the skin can hold it when they are hidden */
 	struct vec3 rest_m;
 	double rest_variance_m2; /* mean square distance from there */
 	double learned_s;        /* how long this one has been watched */
 
-	/* tracked, head coordinates */
+	/* tracked */
 	bool confirmed;       /* the name is sure; only then is it given */
 	bool doubted;         /* its last sight may have been another's: its neighbours place it */
 	struct vec3 local_m;  /* where it was last seen */
@@ -45,14 +56,18 @@ struct label_state {
 	int32_t strange_count;   /* shots in a row in which it disagreed with its neighbours */
 };
 
-struct head_state {
+/* What moves as one: the head of an actor, or a segment of a body. */
+struct frame_state {
+	int16_t actor;
+	uint16_t label_first, label_end; /* its labels lie in here, others too */
+	uint16_t label_count;
 	bool tracked;
-	struct pose rt_stage_head;
-	struct vec3 velocity_m_s;    /* of the head's origin, stage axes */
+	struct pose rt_stage_frame;
+	struct vec3 velocity_m_s;    /* of the frame's origin, stage axes */
 	struct vec3 turn_rate_rad_s; /* stage axes */
 	int64_t seen_ns;             /* when it was last measured */
 	uint32_t unheld_count;       /* shots in a row without three rigid markers */
-	uint32_t acquire_cursor;     /* where the search for the head goes on */
+	uint32_t acquire_cursor;     /* where the search for it goes on */
 };
 
 struct tracker_state {
@@ -62,7 +77,10 @@ struct tracker_state {
 	 * the residuals, so that covariances stay true on a rig that is less good than it says. */
 	double excess_px2;
 	uint32_t label_count;
-	struct head_state head;
+	uint32_t actor_count;
+	uint32_t frame_count;  /* the actors' heads come first */
+	uint32_t acquire_turn; /* the lost frame whose turn it is to be searched for */
+	struct frame_state frames[FRAME_MAX];
 	struct label_state labels[LABEL_MAX];
 	uint32_t loose_count;
 	struct vec3 loose_stage_m[LOOSE_MAX]; /* the unlabelled points of the last shot */

@@ -1,0 +1,178 @@
+/*
+ * Markers are alike and so are faces: after a gap a head's old place is no guide, and whose face it
+ * is, the places of its markers say.
+ */
+#include "track/crowd.h"
+
+#include <string.h>
+
+#include "track/head.h"
+
+#define HEAD_GAP_S 0.05 /* after a gap as long a head must be found, not followed */
+#define DOUBT_EVERY_SHOTS 10
+#define DOUBT_M 0.006
+#define EXPLAINED_M 0.006   /* a point this near to where a marker is expected is explained */
+#define SEARCHES_PER_SHOT 2 /* for lost heads */
+#define FIT_REACH_M 0.008   /* a point farther than this from a marker is not it */
+#define FIT_MARGIN 12.0     /* how much better one actor must fit than the others ... */
+#define FIT_SHARE 0.05      /* ... and this share of it */
+
+/* How far a marker usually is from where its layout has it, by enum label_kind. */
+static const double FIT_SCALE_M[] = {0.0015, 0.0005, 0.003};
+
+/* What the frame's markers, where they are expected, explain. */
+static void take_points(struct crowd *crowd, const struct tracker_state *state,
+			const struct labelling *l, int frame)
+{
+	const struct frame_state *f = &state->frames[frame];
+	const struct nearby *n = &l->nearby;
+
+	for (int i = f->label_first; i < f->label_end; i++) {
+		if (state->labels[i].frame != frame)
+			continue;
+		struct vec3 where_m =
+			pose_apply(&l->rt_stage_frame[frame], l->motion.labels[i].local_m);
+		for (int k = nearby_from(n, where_m.x - EXPLAINED_M);
+		     k < n->count && n->p_stage_m[k].x <= where_m.x + EXPLAINED_M; k++)
+			if (vec3_distance(n->p_stage_m[k], where_m) < EXPLAINED_M)
+				crowd->taken[n->point[k]] = true;
+	}
+}
+
+static void follow_heads(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
+			 int64_t now_ns)
+{
+	for (uint32_t a = 0; a < state->actor_count; a++) {
+		const struct frame_state *f = &state->frames[a];
+		double gap_s = (double)(now_ns - f->seen_ns) * 1e-9;
+
+		l->found[a] =
+			f->tracked && gap_s <= HEAD_GAP_S &&
+			head_refine(state, (int)a, &l->motion, &l->nearby, &l->rt_stage_frame[a]);
+		if (l->found[a])
+			take_points(crowd, state, l, (int)a);
+	}
+}
+
+/* Log-likelihood of the free points under the actor's layout, up to a constant: of a Cauchy error,
+ * so that an expression does not weigh too much. */
+static double fit_of(const struct tracker_state *state, const struct nearby *free, int frame,
+		     const struct pose *pose)
+{
+	const struct frame_state *f = &state->frames[frame];
+	double sum = 0;
+
+	for (int i = f->label_first; i < f->label_end; i++) {
+		const struct label_state *label = &state->labels[i];
+		double scale_m = FIT_SCALE_M[label->kind], distance2_m2;
+
+		if (label->frame != frame || nearby_nearest(free, pose_apply(pose, label->base_m),
+							    FIT_REACH_M, &distance2_m2) < 0)
+			continue;
+		sum += log((scale_m * scale_m + FIT_REACH_M * FIT_REACH_M) /
+			   (scale_m * scale_m + distance2_m2));
+	}
+	return sum;
+}
+
+struct candidate {
+	int frame;
+	double fit;
+	struct pose pose;
+};
+
+/* Which of the lost actors fits best near this pose; false when another fits nearly as well. */
+static bool choose_actor(const struct tracker_state *state, const struct labelling *l,
+			 const struct nearby *free, const struct pose *pose, struct candidate *best)
+{
+	double second = 0;
+
+	*best = (struct candidate){-1, 0, *pose};
+	for (uint32_t a = 0; a < state->actor_count; a++) {
+		struct candidate c = {(int)a, 0, *pose};
+
+		if (l->found[a] || !head_refine(state, (int)a, &l->motion, free, &c.pose))
+			continue;
+		c.fit = fit_of(state, free, (int)a, &c.pose);
+		if (c.fit > best->fit) {
+			second = best->fit;
+			*best = c;
+		} else {
+			second = fmax(second, c.fit);
+		}
+	}
+	return best->fit > second + FIT_MARGIN + FIT_SHARE * best->fit;
+}
+
+static void search_head(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
+			int frame)
+{
+	struct candidate best;
+	struct pose pose;
+
+	if (!acquire_head(&crowd->acquire, state, frame, &pose) ||
+	    !choose_actor(state, l, &crowd->acquire.free, &pose, &best))
+		return;
+	l->found[best.frame] = true;
+	l->rt_stage_frame[best.frame] = best.pose;
+	take_points(crowd, state, l, best.frame);
+	crowd->acquire_ready = false; /* fewer points are free now */
+}
+
+static void make_ready(struct crowd *crowd, const struct point *points, uint32_t point_count)
+{
+	if (!crowd->acquire_ready)
+		acquire_begin(&crowd->acquire, points, point_count, crowd->taken);
+	crowd->acquire_ready = true;
+}
+
+static void search_lost(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
+			const struct point *points, uint32_t point_count)
+{
+	int searches = 0;
+
+	for (uint32_t tried = 0; tried < state->actor_count && searches < SEARCHES_PER_SHOT;
+	     tried++) {
+		uint32_t a = state->acquire_turn % state->actor_count;
+
+		state->acquire_turn = a + 1;
+		if (l->found[a])
+			continue;
+		make_ready(crowd, points, point_count);
+		search_head(crowd, state, l, (int)a);
+		searches++;
+	}
+}
+
+void crowd_find(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
+		const struct point *points, uint32_t point_count, int64_t now_ns)
+{
+	memset(crowd->taken, 0, sizeof(crowd->taken));
+	crowd->acquire_ready = false;
+	follow_heads(crowd, state, l, now_ns);
+	search_lost(crowd, state, l, points, point_count);
+}
+
+bool crowd_doubt(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
+		 const struct point *points, uint32_t point_count, int frame,
+		 const struct head *measured)
+{
+	struct frame_state *f = &state->frames[frame];
+	struct pose other;
+
+	if (measured->rigid_count >= 3) {
+		f->unheld_count = 0;
+		return true;
+	}
+	if (++f->unheld_count % DOUBT_EVERY_SHOTS != 0)
+		return true;
+	/* its own points are free for the moment, the others' are not */
+	memset(crowd->taken, 0, sizeof(crowd->taken));
+	for (uint32_t a = 0; a < state->actor_count; a++)
+		if (l->found[a] && (int)a != frame)
+			take_points(crowd, state, l, (int)a);
+	acquire_begin(&crowd->acquire, points, point_count, crowd->taken);
+	return !acquire_head(&crowd->acquire, state, frame, &other) ||
+	       !head_refine(state, frame, &l->motion, &crowd->acquire.free, &other) ||
+	       head_distance_m(&other, &measured->rt_stage_head) <= DOUBT_M;
+}

@@ -1,0 +1,68 @@
+/*
+ * Shell sort along x, binary search.
+ */
+#include "track/nearby.h"
+
+static void sort_by_x(struct nearby *n)
+{
+	for (int gap = n->count / 2; gap > 0; gap /= 2)
+		for (int i = gap; i < n->count; i++) {
+			struct vec3 place_m = n->p_stage_m[i];
+			int16_t point = n->point[i];
+			int k = i;
+
+			for (; k >= gap && place_m.x < n->p_stage_m[k - gap].x; k -= gap) {
+				n->p_stage_m[k] = n->p_stage_m[k - gap];
+				n->point[k] = n->point[k - gap];
+			}
+			n->p_stage_m[k] = place_m;
+			n->point[k] = point;
+		}
+}
+
+void nearby_build(struct nearby *n, const struct point *points, uint32_t point_count,
+		  const bool *skip)
+{
+	n->count = 0;
+	for (uint32_t p = 0; p < point_count; p++) {
+		if (__builtin_popcount(points[p].claimed_mask) < 3 || (skip && skip[p]))
+			continue;
+		n->p_stage_m[n->count] = points[p].fix.p_stage_m;
+		n->point[n->count++] = (int16_t)p;
+	}
+	sort_by_x(n);
+}
+
+int nearby_from(const struct nearby *n, double x_m)
+{
+	int low = 0, high = n->count;
+
+	while (low < high) {
+		int middle = (low + high) / 2;
+
+		if (n->p_stage_m[middle].x < x_m)
+			low = middle + 1;
+		else
+			high = middle;
+	}
+	return low;
+}
+
+int nearby_nearest(const struct nearby *n, struct vec3 place_m, double radius_m,
+		   double *distance2_m2)
+{
+	int best = -1;
+
+	*distance2_m2 = radius_m * radius_m;
+	for (int k = nearby_from(n, place_m.x - radius_m);
+	     k < n->count && n->p_stage_m[k].x <= place_m.x + radius_m; k++) {
+		struct vec3 d = vec3_sub(n->p_stage_m[k], place_m);
+		double d2 = vec3_dot(d, d);
+
+		if (d2 < *distance2_m2) {
+			*distance2_m2 = d2;
+			best = k;
+		}
+	}
+	return best;
+}

@@ -1,0 +1,143 @@
+/*
+ * A name is given when it is clear or holds for a while, kept while its marker is followed, and
+ * taken back when it goes against its neighbours for long.
+ */
+#include "track/remember.h"
+
+#define STEADY_S 0.3    /* an unclear name is given when it holds this long */
+#define STRANGE_MAX 12  /* shots in a row against the neighbours until a name is taken back */
+#define STRANGE_M 0.003 /* disagreement beyond this and a share of the spacing is strange */
+#define FOLLOW_ACCELERATION_M_S2 25.0
+#define FOLLOW_GAP_MAX_S 0.05
+
+static void forget_label(struct label_state *label)
+{
+	label->confirmed = label->doubted = false;
+	label->seen_ns = 0;
+	label->steady_since_ns = 0;
+}
+
+void remember_nothing(struct tracker_state *state, int frame)
+{
+	for (uint32_t i = 0; i < state->label_count; i++)
+		if (state->labels[i].frame == frame)
+			forget_label(&state->labels[i]);
+}
+
+/* A name is given at once where it is clear, else when it has held for a while. */
+static bool may_confirm(struct tracker_state *state, const struct labelling *l,
+			const struct point *point, uint32_t i, int64_t now_ns)
+{
+	struct label_state *label = &state->labels[i];
+
+	if (label->steady_since_ns == 0)
+		label->steady_since_ns = now_ns;
+	if (point->fix.used_count >= 3 && label_is_clear(l, state, i))
+		return true;
+	return (double)(now_ns - label->steady_since_ns) * 1e-9 > STEADY_S;
+}
+
+/* A name that goes against its neighbours for long was wrong from the start. */
+static bool is_strange(struct tracker_state *state, const struct labelling *l, uint32_t i)
+{
+	struct label_state *label = &state->labels[i];
+	struct vec3 told_m;
+	double sigma_m;
+
+	if (label->kind != LABEL_SKIN ||
+	    predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m) < 3)
+		return false;
+	double limit_m = STRANGE_M + 0.4 * label->spacing_m + 2 * sigma_m;
+	label->strange_count =
+		vec3_distance(told_m, l->seen_m[i]) > limit_m ? label->strange_count + 1 : 0;
+	return label->strange_count > STRANGE_MAX;
+}
+
+/* Velocity is followed as far as noise allows: the gain of a filter whose velocity changes by
+ * acceleration times dt while its measurement has the noise of two places over dt. */
+static void follow_velocity(struct label_state *label, struct vec3 local_m, double noise_m,
+			    double dt_s)
+{
+	struct vec3 measured = vec3_scale(vec3_sub(local_m, label->local_m), 1 / dt_s);
+	double change_m_s = FOLLOW_ACCELERATION_M_S2 * dt_s;
+	double noise_m_s = hypot(noise_m, label->noise_m) / dt_s;
+	double gain = change_m_s / (change_m_s + noise_m_s);
+	struct vec3 off = vec3_sub(measured, label->velocity_m_s);
+
+	label->velocity_m_s = vec3_add(label->velocity_m_s, vec3_scale(off, gain));
+}
+
+static void follow(struct label_state *label, struct vec3 local_m, double noise_m, int64_t now_ns)
+{
+	double dt_s = (double)(now_ns - label->seen_ns) * 1e-9;
+
+	if (label->confirmed && dt_s > 0 && dt_s < FOLLOW_GAP_MAX_S)
+		follow_velocity(label, local_m, noise_m, dt_s);
+	else
+		label->velocity_m_s = (struct vec3){0, 0, 0};
+	label->local_m = local_m;
+	label->noise_m = noise_m;
+	label->seen_ns = now_ns;
+	label->confirmed = true;
+	label->doubted = false;
+	label->steady_since_ns = 0;
+}
+
+static void update_label(struct tracker_state *state, const struct labelling *l,
+			 struct point *points, uint32_t i, int64_t now_ns)
+{
+	struct label_state *label = &state->labels[i];
+	struct vec3 told_m;
+	double sigma_m;
+
+	label->filled_m = l->seen[i] ? l->seen_m[i] : l->predictions.labels[i].local_m;
+	label->doubted |= l->doubtful[i];
+	if (!l->seen[i]) {
+		label->steady_since_ns = 0;
+		return;
+	}
+	if (is_strange(state, l, i)) {
+		label->confirmed = false;
+		label->strange_count = 0;
+		label->steady_since_ns = 0;
+	}
+	struct point *point = &points[l->point_of_label[i]];
+	/* a name that was not seen for a while is given as a new one is */
+	bool followed = label->confirmed && l->predictions.labels[i].recent;
+	if (!followed && !may_confirm(state, l, point, i, now_ns))
+		return;
+	if (point->fix.used_count >= 3) {
+		predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m);
+		label->offset_m = vec3_sub(l->seen_m[i], told_m);
+	}
+	follow(label, l->seen_m[i], fix_noise_m(&point->fix), now_ns);
+	label->camera_mask = point->fix.used_mask;
+	point->label = (int16_t)i;
+}
+
+/* Only what three cameras saw teaches anything. */
+static void learn_motion(struct tracker_state *state, const struct labelling *l,
+			 const struct point *points, const bool *anchored, double dt_s)
+{
+	bool sure[LABEL_MAX];
+
+	for (uint32_t i = 0; i < state->label_count; i++)
+		sure[i] = l->seen[i] && points[l->point_of_label[i]].fix.used_count >= 3;
+	predict_learn(state, dt_s, anchored, sure, l->seen_m);
+}
+
+void remember_labels(struct labelling *l, struct tracker_state *state, struct point *points,
+		     const bool *anchored, int64_t now_ns, double dt_s)
+{
+	for (uint32_t f = 0; f < state->frame_count; f++)
+		if (l->found[f])
+			l->rt_frame_stage[f] = pose_inverse(&l->rt_stage_frame[f]);
+	for (uint32_t i = 0; i < state->label_count; i++)
+		if (l->seen[i])
+			l->seen_m[i] = pose_apply(&l->rt_frame_stage[state->labels[i].frame],
+						  points[l->point_of_label[i]].fix.p_stage_m);
+	for (uint32_t i = 0; i < state->label_count; i++)
+		if (l->found[state->labels[i].frame])
+			update_label(state, l, points, i, now_ns);
+	learn_motion(state, l, points, anchored, dt_s);
+}
