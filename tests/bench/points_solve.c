@@ -84,8 +84,8 @@ static void solve_face(uint64_t seed, struct samples *samples, long *right, long
 	rig_of(&world, &rig);
 	tracker_state_init(&state, &world.layout);
 	/* finding the head is not what is measured here */
-	state.head.tracked = true;
-	state.head.rt_stage_head = world_head(&world, 0, 0);
+	state.frames[0].tracked = true;
+	state.frames[0].rt_stage_frame = world_head(&world, 0, 0);
 	if (tracker_scratch_create(&scratch))
 		exit(1);
 	for (uint64_t n = 0; n < SETTLE_SHOTS + SHOTS; n++) {

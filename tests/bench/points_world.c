@@ -68,6 +68,8 @@ void world_init(struct world *world, const struct world_shape *shape, uint64_t s
 	random_rig_init(&world->rig, &world->rng, shape->camera_count, shape->ball_m);
 	while (world->layout.marker_count < shape->marker_count)
 		place_marker(world, &spacing_m);
+	world->layout.actor_count = 1;
+	world->layout.actors[0].count = world->layout.marker_count;
 	for (uint32_t a = 0; a < shape->actor_count; a++)
 		place_actor(world, &world->actors[a]);
 }
