@@ -353,6 +353,14 @@ static void resolve_layouts(struct yaml *yaml, struct config *config,
 			PATH_MAX - 1);
 }
 
+/* Of a scene: else it is a name. */
+static bool is_path(const char *scene)
+{
+	size_t length = strlen(scene);
+
+	return strchr(scene, '/') || (length > 5 && strcmp(scene + length - 5, ".yaml") == 0);
+}
+
 static void finish_plan(struct yaml *yaml, struct reading *reading, const struct yaml_place *places,
 			struct yaml_place root)
 {
@@ -409,6 +417,8 @@ static void read_config(struct yaml *yaml, struct reading *reading)
 	check_clock(yaml, config);
 	finish_plan(yaml, reading, places, root.place);
 	sim_faults_finish(yaml, &config->sim_faults, config->cameras, config->camera_count);
+	if (is_path(config->sim_scene))
+		resolve(yaml, config, config->sim_scene, root.place, "sim.scene", PATH_MAX - 1);
 	resolve(yaml, config, config->rig_dir, places[KEY_RIG], "rig", PATH_MAX - NAME_BYTES - 16);
 	resolve_layouts(yaml, config, places, &root);
 	resolve(yaml, config, config->socket_dir, places[KEY_SOCKET_DIR], "socket_dir",

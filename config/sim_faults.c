@@ -21,6 +21,10 @@ static const char *const kinds[] = {
 	[SIM_FAULT_UNPLUG] = "unplug",
 	[SIM_FAULT_DARK] = "dark",
 	[SIM_FAULT_PHASE_SLIP] = "phase_slip",
+	[SIM_FAULT_STUCK_EXPOSURE] = "stuck_exposure",
+	[SIM_FAULT_BUMP] = "bump",
+	[SIM_FAULT_CLOCK_STEP] = "clock_step",
+	[SIM_FAULT_SLOW_DISK] = "slow_disk",
 	NULL,
 };
 
@@ -32,7 +36,10 @@ static const struct yaml_key fault_keys[] = {
 	{"at_s", YAML_DOUBLE, AT(at_s), .min = 0, .max = 1e6, .unit = "seconds"},
 	{"for_s", YAML_DOUBLE, AT(for_s), .min = 0, .max = 1e6, .unit = "seconds"},
 	{"every", YAML_INT, AT(every), .min = 1, .max = 1e6, .unit = "frames"},
-	{"delay_ms", YAML_DOUBLE, AT(delay_ms), .min = 0, .max = 1000, .unit = "milliseconds"},
+	{"delay_ms", YAML_DOUBLE, AT(delay_ms), .min = 0, .max = 10000, .unit = "milliseconds"},
+	{"angle_mrad", YAML_DOUBLE, AT(angle_mrad), .min = 0.001, .max = 500,
+	 .unit = "milliradians"},
+	{"step_ms", YAML_DOUBLE, AT(step_ms), .min = -10000, .max = 10000, .unit = "milliseconds"},
 	{0},
 };
 
@@ -44,8 +51,11 @@ void sim_faults_read(struct yaml *yaml, const struct yaml_value *value, struct s
 	int index = -1;
 
 	while (yaml_next_item(yaml, value, &iterator, &index, &item, field)) {
-		struct sim_fault fault = {.every = 1,
+		struct sim_fault fault = {.kind = -1,
+					  .every = 1,
 					  .delay_ms = 40,
+					  .angle_mrad = 0.2,
+					  .step_ms = 5,
 					  .line = item.place.line,
 					  .column = item.place.column};
 
@@ -68,33 +78,60 @@ static const struct config_camera *find_camera(const struct config_camera *camer
 	return NULL;
 }
 
-void sim_fault_check_kind(struct yaml *yaml, const struct sim_fault *fault, bool is_hd,
+const char *sim_fault_name(int kind)
+{
+	return kinds[kind];
+}
+
+void sim_fault_check_kind(struct yaml *yaml, const struct sim_fault *fault, enum sim_fault_of of,
 			  const char *field)
 {
 	struct yaml_place place = {fault->line, fault->column};
 
-	if (fault->kind == SIM_FAULT_PHASE_SLIP && !is_hd)
+	if (fault->kind < 0) /* unknown, and said so */
+		return;
+	if (of != SIM_FAULT_OF_RECORDING && fault->kind == SIM_FAULT_SLOW_DISK)
+		yaml_complain(yaml, place, field,
+			      "camera '%s' reads no disk: slow_disk is for files: cameras",
+			      fault->camera);
+	else if (of == SIM_FAULT_OF_RECORDING && fault->kind != SIM_FAULT_SLOW_DISK)
+		yaml_complain(
+			yaml, place, field,
+			"camera '%s' is a recording: of its faults only slow_disk can be made",
+			fault->camera);
+	else if (of != SIM_FAULT_OF_HD && fault->kind == SIM_FAULT_PHASE_SLIP)
 		yaml_complain(yaml, place, field,
 			      "camera '%s' has no phase to slip from: it is no HD camera",
 			      fault->camera);
 }
 
+/* The device of a fault: a simulated camera has one behind its driver's name, a recording is known
+ * by its own. */
 static void finish_fault(struct yaml *yaml, struct sim_fault *fault, const char *field,
 			 const struct config_camera *camera)
 {
 	struct yaml_place place = {fault->line, fault->column};
+	bool is_recording = camera && strncmp(camera->address, "files:", 6) == 0;
 
-	if (!camera)
+	if (!camera) {
 		yaml_complain(yaml, place, field, "there is no camera '%s'", fault->camera);
-	else if (strncmp(camera->address, "sim:", 4) != 0)
-		yaml_complain(yaml, place, field,
-			      "camera '%s' is not simulated: faults are for sim: cameras alone",
-			      fault->camera);
-	else
-		snprintf(fault->device, sizeof(fault->device), "%.*s", NAME_BYTES - 1,
-			 camera->address + 4);
-	if (camera)
-		sim_fault_check_kind(yaml, fault, camera->role == ROLE_HD, field);
+		return;
+	}
+	if (!is_recording && strncmp(camera->address, "sim:", 4) != 0) {
+		yaml_complain(
+			yaml, place, field,
+			"camera '%s' is not simulated: faults are for sim: and files: cameras "
+			"alone",
+			fault->camera);
+		return;
+	}
+	snprintf(fault->device, sizeof(fault->device), "%.*s", NAME_BYTES - 1,
+		 is_recording ? camera->name : camera->address + 4);
+	sim_fault_check_kind(yaml, fault,
+			     is_recording              ? SIM_FAULT_OF_RECORDING
+			     : camera->role == ROLE_HD ? SIM_FAULT_OF_HD
+						       : SIM_FAULT_OF_IR,
+			     field);
 }
 
 void sim_faults_finish(struct yaml *yaml, struct sim_faults *faults,

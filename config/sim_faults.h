@@ -3,7 +3,6 @@
  */
 #pragma once
 
-#include <stdbool.h>
 #include <stdint.h>
 
 #include "track/layout.h"
@@ -21,15 +20,22 @@ enum sim_fault_kind {
 	SIM_FAULT_UNPLUG,      /* the device is gone; when it is back it counts from 0 */
 	SIM_FAULT_DARK,        /* the strobe is dead */
 	SIM_FAULT_PHASE_SLIP,  /* HD: exposed one shot late */
+	SIM_FAULT_STUCK_EXPOSURE, /* the shutter stays open over the strobes of three shots */
+	SIM_FAULT_BUMP,           /* it looks elsewhere by angle_mrad */
+	SIM_FAULT_CLOCK_STEP,     /* its clock, and so its time stamps, are step_ms off */
+	SIM_FAULT_SLOW_DISK,      /* a recording's images take delay_ms to read */
 };
 
 struct sim_fault {
 	char camera[NAME_BYTES];
-	int kind;                /* enum sim_fault_kind */
+	int kind;                /* enum sim_fault_kind; -1 while it could not be read */
 	double at_s, for_s;      /* scene time; for_s 0: to the end */
 	int every;               /* of the frames in that time every Nth, from the first */
-	double delay_ms;         /* of SIM_FAULT_DELAY */
-	char device[NAME_BYTES]; /* behind "sim:" in the camera's address */
+	double delay_ms;         /* of SIM_FAULT_DELAY and SIM_FAULT_SLOW_DISK */
+	double angle_mrad;       /* of SIM_FAULT_BUMP */
+	double step_ms;          /* of SIM_FAULT_CLOCK_STEP */
+	char device[NAME_BYTES]; /* behind "sim:" in the camera's address; of a recording its name
+				  */
 	int line, column;        /* in the file, for messages */
 };
 
@@ -43,12 +49,18 @@ struct yaml_value;
 
 void sim_faults_read(struct yaml *yaml, const struct yaml_value *value, struct sim_faults *faults);
 
+enum sim_fault_of { SIM_FAULT_OF_IR, SIM_FAULT_OF_HD, SIM_FAULT_OF_RECORDING };
+
 /* A kind that this sort of camera cannot have is a message. */
-void sim_fault_check_kind(struct yaml *yaml, const struct sim_fault *fault, bool is_hd,
+void sim_fault_check_kind(struct yaml *yaml, const struct sim_fault *fault, enum sim_fault_of of,
 			  const char *field);
+
+/* "drop", ... as in files. */
+const char *sim_fault_name(int kind);
 
 struct config_camera;
 
-/* Once the cameras are read: each fault's camera must be one of them, and simulated. */
+/* Once the cameras are read: each fault's camera must be one of them, and simulated or
+ * recorded. */
 void sim_faults_finish(struct yaml *yaml, struct sim_faults *faults,
 		       const struct config_camera *cameras, uint32_t camera_count);

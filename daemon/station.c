@@ -82,6 +82,7 @@ static int open_world(struct station *station, struct diag *diag)
 	struct sim_options options = {
 		.scene = config->sim_scene[0] ? config->sim_scene : NULL,
 		.seed = config->sim_seed,
+		.faults = &config->sim_faults,
 		/* a config with fewer looks at the scene's own number */
 		.camera_count =
 			ir_count >= SIM_CAMERA_MIN && ir_count <= SIM_CAMERA_MAX ? ir_count : 0,
@@ -97,8 +98,6 @@ static int open_world(struct station *station, struct diag *diag)
 		return 0;
 	int err = sim_world_open(&options, config->sim_epoch_ns, diag);
 	station->world_open = !err;
-	if (!err)
-		sim_world_set_faults(&config->sim_faults);
 	return err;
 }
 

@@ -44,7 +44,7 @@ void blob_play_camera(const struct blob_play *play, const struct sim_scene *scen
 		      const struct sim_truth *truth, uint64_t shot, uint32_t camera,
 		      struct blob_set *set)
 {
-	const struct sim_camera *eye = &scene->cameras[camera];
+	const struct sim_camera *eye = scene_camera_at(scene, camera, truth->time_s);
 	struct rng rng;
 	double claimed_px = play->claimed_px > 0 ? play->claimed_px : play->sigma_px;
 

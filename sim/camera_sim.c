@@ -7,8 +7,7 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "sim/hd_render.h"
-#include "sim/render.h"
+#include "sim/picture.h"
 #include "sim/scene_parts.h"
 #include "sim/world.h"
 #include "sim/world_parts.h"
@@ -26,9 +25,7 @@ struct sim_device {
 	uint32_t index;
 	bool is_hd;
 	int64_t period_ns, half_exposure_ns;
-	struct sim_renderer *renderer;       /* owned; NULL for HD */
-	struct sim_hd_renderer *hd_renderer; /* owned; NULL for IR */
-	uint8_t *black;                      /* owned; of a frame without light */
+	struct sim_picture *picture; /* owned */
 	/* owned by the capture thread */
 	uint64_t next_frame;
 	uint64_t uncounted; /* frames until now that its counter leaves out */
@@ -118,9 +115,7 @@ static void sim_close(struct camera *camera)
 {
 	if (!camera)
 		return;
-	sim_renderer_destroy(device_of(camera)->renderer);
-	sim_hd_renderer_destroy(device_of(camera)->hd_renderer);
-	free(device_of(camera)->black);
+	sim_picture_destroy(device_of(camera)->picture);
 	free(camera);
 }
 
@@ -142,14 +137,8 @@ static int sim_open(struct camera **out, const char *rest, const char *base_dir,
 	device->index = index;
 	device->is_hd = index >= scene->camera_count;
 	set_timing(device, scene);
-	if (device->is_hd)
-		err = sim_hd_renderer_create(&device->hd_renderer, scene, index);
-	else
-		err = sim_renderer_create(&device->renderer, scene, index, SIM_NOISE_FAST);
+	err = sim_picture_create(&device->picture, scene, index, SIM_NOISE_FAST);
 	if (err)
-		goto fail;
-	device->black = calloc((size_t)device->camera->width_px, (size_t)device->camera->height_px);
-	if (!device->black)
 		goto fail;
 	if (is_unplugged(device)) {
 		diag_add(diag, "sim:%s: unplugged, as sim.faults says; it will be back", rest);
@@ -217,35 +206,25 @@ static void drop_oldest(struct sim_device *device, int64_t now_ns)
 		device->next_frame += (uint64_t)(ready_count - QUEUE_FRAMES);
 }
 
-static const uint8_t *render(struct sim_device *device, uint64_t frame, sim_fault_mask faults)
-{
-	uint64_t shot = shot_of(device, frame);
-	int width_px, height_px;
-
-	if (faults & SIM_FAULT_BIT(SIM_FAULT_DARK))
-		return device->black;
-	if (faults & SIM_FAULT_BIT(SIM_FAULT_PHASE_SLIP))
-		shot++;
-	if ((faults & SIM_FAULT_BIT(SIM_FAULT_SHIFT)) && shot > 0)
-		shot--;
-	return device->is_hd ? sim_hd_render(device->hd_renderer, shot, &width_px, &height_px)
-			     : sim_render(device->renderer, shot, &width_px, &height_px);
-}
-
 static void fill(struct sim_device *device, uint64_t frame, sim_fault_mask faults,
 		 struct frame *out)
 {
 	const sim_fault_mask late_stamp =
 		SIM_FAULT_BIT(SIM_FAULT_STAMP_SHIFT) | SIM_FAULT_BIT(SIM_FAULT_PHASE_SLIP);
+	int64_t exposed_ns = mid_exposure_ns(device, frame);
+	int64_t clock_off_ns = sim_faults_clock_off_ns(sim_world_faults(), device->camera->name,
+						       exposed_ns - sim_world_epoch_ns());
+	int width_px, height_px;
 
-	*out = (struct frame){.pixels = render(device, frame, faults),
+	*out = (struct frame){.pixels = sim_picture_take(device->picture, shot_of(device, frame),
+							 faults, &width_px, &height_px),
 			      .width_px = device->camera->width_px,
 			      .height_px = device->camera->height_px,
 			      .stride_bytes = device->camera->width_px,
 			      .format = device->is_hd ? PIXEL_BAYER_RG8 : PIXEL_GREY8,
 			      .shot = SHOT_UNKNOWN,
 			      .device_seq = frame - device->uncounted,
-			      .mid_exposure_ns = mid_exposure_ns(device, frame),
+			      .mid_exposure_ns = exposed_ns + clock_off_ns,
 			      .uncertainty_ns = UNCERTAINTY_NS,
 			      .arrival_ns = clock_now_ns()};
 	if (faults & late_stamp)

@@ -35,13 +35,35 @@ sim_fault_mask sim_faults_of(const struct sim_faults *faults, const char *device
 	return mask;
 }
 
-int64_t sim_faults_delay_ns(const struct sim_faults *faults, const char *device, int64_t time_ns)
+const struct sim_fault *sim_faults_find(const struct sim_faults *faults, const char *device,
+					enum sim_fault_kind kind, int64_t time_ns)
 {
 	for (uint32_t i = 0; faults && i < faults->count; i++)
-		if (faults->faults[i].kind == SIM_FAULT_DELAY &&
+		if (faults->faults[i].kind == (int)kind &&
 		    is_on(&faults->faults[i], device, time_ns))
-			return (int64_t)(faults->faults[i].delay_ms * (double)NS_PER_MS);
-	return 0;
+			return &faults->faults[i];
+	return NULL;
+}
+
+static int64_t ns_of_ms(double time_ms)
+{
+	return (int64_t)(time_ms * (double)NS_PER_MS);
+}
+
+int64_t sim_faults_delay_ns(const struct sim_faults *faults, const char *device, int64_t time_ns)
+{
+	const struct sim_fault *fault = sim_faults_find(faults, device, SIM_FAULT_DELAY, time_ns);
+
+	return fault ? ns_of_ms(fault->delay_ms) : 0;
+}
+
+int64_t sim_faults_clock_off_ns(const struct sim_faults *faults, const char *device,
+				int64_t time_ns)
+{
+	const struct sim_fault *fault =
+		sim_faults_find(faults, device, SIM_FAULT_CLOCK_STEP, time_ns);
+
+	return fault ? ns_of_ms(fault->step_ms) : 0;
 }
 
 bool sim_faults_was_unplugged(const struct sim_faults *faults, const char *device, int64_t time_ns)

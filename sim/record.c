@@ -10,22 +10,24 @@
 #include <stdlib.h>
 
 #include "base/clock.h"
-#include "sim/hd_render.h"
+#include "sim/picture.h"
 #include "sim/record_files.h"
-#include "sim/render.h"
 #include "sim/scene_parts.h"
 #include "sim/truth_json.h"
 
 #define TRUTH_NAME "truth.jsonl"
 #define SECONDS_MAX 3600.0
 #define UNCERTAINTY_NS 1000
+/* Faults with which there is no frame. */
+#define KEPT_BACK                                                        \
+	(SIM_FAULT_BIT(SIM_FAULT_DROP) | SIM_FAULT_BIT(SIM_FAULT_MISS) | \
+	 SIM_FAULT_BIT(SIM_FAULT_FREEZE) | SIM_FAULT_BIT(SIM_FAULT_UNPLUG))
 #define CSV_HEADER "shot,mid_exposure_ns,uncertainty_ns,file\n"
 
 struct recording {
 	const char *dir;
 	struct sim_scene *scene;
-	struct sim_renderer *renderers[SIM_CAMERA_MAX];
-	struct sim_hd_renderer *hd_renderers[SIM_HD_MAX];
+	struct sim_picture *pictures[SIM_DEVICE_MAX];
 	struct part_file tables[SIM_DEVICE_MAX], truth_file;
 	struct sim_truth truth;
 	struct diag *diag;
@@ -52,13 +54,7 @@ static int begin_camera(struct recording *recording, uint32_t c)
 	if (err)
 		return err;
 	fputs(CSV_HEADER, table->file); /* a failure shows when the file is finished */
-	uint32_t ir_count = recording->scene->camera_count;
-	if (c < ir_count)
-		err = sim_renderer_create(&recording->renderers[c], recording->scene, c,
-					  SIM_NOISE_FULL);
-	else
-		err = sim_hd_renderer_create(&recording->hd_renderers[c - ir_count],
-					     recording->scene, c);
+	err = sim_picture_create(&recording->pictures[c], recording->scene, c, SIM_NOISE_FULL);
 	return err ? record_fail(recording->diag, path, "render the images of", -err) : 0;
 }
 
@@ -111,27 +107,42 @@ static int write_image(const struct recording *recording, const char *path, cons
 	return bad ? record_fail(recording->diag, path, "write", err ? err : EIO) : 0;
 }
 
-/* The picture of a shot and when it was taken; an HD mosaic is a grey file like any other. */
-static const uint8_t *render(const struct recording *recording, uint32_t c, uint64_t shot,
-			     int *width_px, int *height_px, int64_t *mid_exposure_ns)
+static int64_t exposed_ns(const struct sim_scene *scene, uint32_t c, uint64_t shot)
 {
-	const struct sim_scene *scene = recording->scene;
+	return c < scene->camera_count ? sim_scene_mid_exposure_ns(scene, shot)
+				       : sim_scene_hd_mid_exposure_ns(scene, shot);
+}
 
-	if (c < scene->camera_count) {
-		*mid_exposure_ns = sim_scene_mid_exposure_ns(scene, shot);
-		return sim_render(recording->renderers[c], shot, width_px, height_px);
-	}
-	*mid_exposure_ns = sim_scene_hd_mid_exposure_ns(scene, shot);
-	return sim_hd_render(recording->hd_renderers[c - scene->camera_count], shot, width_px,
-			     height_px);
+static sim_fault_mask faults_of(const struct sim_scene *scene, uint32_t c, uint64_t shot)
+{
+	int64_t period_ns = scene->period_ns * (c < scene->camera_count ? 1 : scene->hd_divider);
+
+	return sim_faults_of(&scene->script.faults, scene->cameras[c].name,
+			     exposed_ns(scene, c, shot), period_ns);
+}
+
+/* What the camera says of the time. */
+static int64_t stamp_ns(const struct sim_scene *scene, uint32_t c, uint64_t shot,
+			sim_fault_mask faults)
+{
+	const sim_fault_mask late =
+		SIM_FAULT_BIT(SIM_FAULT_STAMP_SHIFT) | SIM_FAULT_BIT(SIM_FAULT_PHASE_SLIP);
+	int64_t time_ns = exposed_ns(scene, c, shot);
+
+	return time_ns + (faults & late ? scene->period_ns : 0) +
+	       sim_faults_clock_off_ns(&scene->script.faults, scene->cameras[c].name, time_ns);
 }
 
 static int record_frame(struct recording *recording, uint32_t c, uint64_t shot)
 {
 	char path[PATH_MAX];
 	int width_px, height_px;
-	int64_t mid_exposure_ns;
-	const uint8_t *pixels = render(recording, c, shot, &width_px, &height_px, &mid_exposure_ns);
+	sim_fault_mask faults = faults_of(recording->scene, c, shot);
+
+	if (faults & KEPT_BACK)
+		return 0;
+	const uint8_t *pixels =
+		sim_picture_take(recording->pictures[c], shot, faults, &width_px, &height_px);
 	int err = record_path(recording->diag, path, "%s/%s/%06llu.pgm", recording->dir,
 			      recording->scene->cameras[c].name, (unsigned long long)shot);
 
@@ -140,7 +151,8 @@ static int record_frame(struct recording *recording, uint32_t c, uint64_t shot)
 	if (err)
 		return err;
 	if (fprintf(recording->tables[c].file, "%llu,%lld,%d,%06llu.pgm\n",
-		    (unsigned long long)shot, (long long)mid_exposure_ns, UNCERTAINTY_NS,
+		    (unsigned long long)shot,
+		    (long long)stamp_ns(recording->scene, c, shot, faults), UNCERTAINTY_NS,
 		    (unsigned long long)shot) < 0)
 		return record_fail(recording->diag, recording->tables[c].part_path, "write", errno);
 	return 0;
@@ -187,10 +199,8 @@ static int finish_files(struct recording *recording)
 
 static void recording_destroy(struct recording *recording)
 {
-	for (int c = 0; c < SIM_CAMERA_MAX; c++)
-		sim_renderer_destroy(recording->renderers[c]);
-	for (int c = 0; c < SIM_HD_MAX; c++)
-		sim_hd_renderer_destroy(recording->hd_renderers[c]);
+	for (int c = 0; c < SIM_DEVICE_MAX; c++)
+		sim_picture_destroy(recording->pictures[c]);
 	for (int c = 0; c < SIM_DEVICE_MAX; c++) {
 		if (recording->tables[c].file)
 			fclose(recording->tables[c].file);

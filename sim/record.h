@@ -17,6 +17,8 @@ typedef void sim_progress_fn(uint64_t shots_done, uint64_t shot_count, void *use
  *    "markers": [{"name", "p_m": [x,y,z], "cameras": k, "visible": ["ir0", ...]}]}
  * HD cameras have images in the shots that they expose in alone: their Bayer mosaics (RGGB) as grey
  * PGM, which a files: camera of role hd takes for what they are.
+ * The scene's faults are in it as far as a recording can hold them: frames that never came are not
+ * there, pictures and times are as the camera would have given them.
  * The same options and seconds give the same bytes. An older simulated recording in DIR is
  * replaced; any other non-empty directory is refused (-EEXIST). frames.csv and truth.jsonl appear
  * under their names only when they are whole. `progress` may be NULL. Returns 0 or a negative errno

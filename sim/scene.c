@@ -48,12 +48,19 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	sim_hd_cameras_init(scene->cameras + scene->camera_count, scene->hd_count, &scene->script,
 			    options->seed);
 	sim_board_init(&scene->board, scene->script.placement, options->seed);
+	err = scene_bump_cameras(scene);
+	if (err) {
+		sim_scene_destroy(scene);
+		return err;
+	}
 	*out = scene;
 	return 0;
 }
 
 void sim_scene_destroy(struct sim_scene *scene)
 {
+	if (scene)
+		free(scene->bumps);
 	free(scene);
 }
 
@@ -88,7 +95,7 @@ static bool inside_image(const struct sim_camera *camera, const double pixel[2])
 bool scene_camera_sees(const struct sim_scene *scene, const struct sim_truth *truth, uint32_t c,
 		       uint32_t m, double pixel[2], double *facing)
 {
-	const struct sim_camera *camera = &scene->cameras[c];
+	const struct sim_camera *camera = scene_camera_at(scene, c, truth->time_s);
 	const struct sim_truth_marker *marker = &truth->markers[m];
 	struct vec3 to_camera = vec3_unit(vec3_sub(camera->centre_stage_m, marker->p_stage_m));
 	double cosine = vec3_dot(to_camera, marker->normal_stage);

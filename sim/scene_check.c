@@ -144,7 +144,8 @@ static void check_fault(struct yaml *yaml, const struct scene_reading *r, uint32
 			      "cameras",
 			      fault->camera, r->own_camera_count - 1, r->own_hd_camera_count);
 	else if (*fault->camera)
-		sim_fault_check_kind(yaml, fault, is_hd, spot.field);
+		sim_fault_check_kind(yaml, fault, is_hd ? SIM_FAULT_OF_HD : SIM_FAULT_OF_IR,
+				     spot.field);
 	if (script->seconds > 0 && fault->at_s >= script->seconds)
 		yaml_complain(yaml, place, scene_spot("faults", index, "at_s", place, place).field,
 			      "%g s is after the scene's end at %g s", fault->at_s,

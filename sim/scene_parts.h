@@ -22,6 +22,13 @@ struct scene_marker {
 	bool hemisphere;     /* stands on its base; its radius is half the diameter */
 };
 
+/* A camera from some time on. */
+struct scene_bump {
+	const struct sim_fault *fault; /* borrowed from the script */
+	uint32_t camera;
+	struct sim_camera bumped;
+};
+
 struct sim_scene {
 	struct sim_script script; /* with the options' values in it */
 	uint64_t seed;
@@ -37,7 +44,16 @@ struct sim_scene {
 	int64_t hd_after_ir_ns, hd_row_ns;
 	struct sim_board board;                    /* when the script wants one */
 	struct sim_camera cameras[SIM_DEVICE_MAX]; /* the IR ones, then the HD ones */
+	uint32_t bump_count;
+	struct scene_bump *bumps; /* owned; NULL without any */
 };
+
+/* Once cameras and script stand. Returns 0 or -ENOMEM. */
+int scene_bump_cameras(struct sim_scene *scene);
+
+/* The camera as it stands at that time: `cameras` has it as the rig does. */
+const struct sim_camera *scene_camera_at(const struct sim_scene *scene, uint32_t camera,
+					 double time_s);
 
 /* When camera `camera`, IR or HD, exposes shot `shot`. */
 struct exposure scene_exposure(const struct sim_scene *scene, uint32_t camera, uint64_t shot);

@@ -8,6 +8,7 @@
 
 #include "base/clock.h"
 #include "sim/cameras.h"
+#include "sim/scene_parts.h"
 #include "sim/world_parts.h"
 
 #define EPOCH_AHEAD_NS (100 * NS_PER_MS)
@@ -16,7 +17,6 @@ static struct {
 	/* set while no device is open */
 	struct sim_scene *scene; /* owned; NULL while closed */
 	int64_t epoch_ns;
-	const struct sim_faults *faults; /* borrowed; NULL: none */
 	/* atomic, any thread */
 	_Atomic uint64_t late_count[SIM_DEVICE_MAX];
 } world;
@@ -41,17 +41,11 @@ void sim_world_close(void)
 {
 	sim_scene_destroy(world.scene);
 	world.scene = NULL;
-	world.faults = NULL;
-}
-
-void sim_world_set_faults(const struct sim_faults *faults)
-{
-	world.faults = faults;
 }
 
 const struct sim_faults *sim_world_faults(void)
 {
-	return world.faults;
+	return &world.scene->script.faults;
 }
 
 const struct sim_scene *sim_world_scene(void)

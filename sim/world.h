@@ -10,17 +10,12 @@
 #include "base/diag.h"
 #include "drivers/camera.h"
 #include "drivers/trigger.h"
-#include "sim/faults.h"
 #include "sim/scene.h"
 
 /* `epoch_ns` is scene time 0 on CLOCK_MONOTONIC; 0 = a tenth of a second from now. Returns 0,
  * -EBUSY when a world is open already, or what sim_scene_create says. Control thread. */
 int sim_world_open(const struct sim_options *options, int64_t epoch_ns, struct diag *diag);
 void sim_world_close(void); /* when none is open: does nothing */
-
-/* What its cameras do wrong; borrowed until the world is closed. Control thread, before any device
- * is opened. */
-void sim_world_set_faults(const struct sim_faults *faults);
 
 /* NULL while no world is open. */
 const struct sim_scene *sim_world_scene(void);

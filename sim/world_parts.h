@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include "sim/faults.h"
 #include "sim/world.h"
 
 /* How long after mid-exposure a shot's last pixel is in memory. */
@@ -10,7 +11,7 @@
 #define SIM_HD_HALF_EXPOSURE_NS (2 * NS_PER_MS)
 #define SIM_READOUT_NS (1000 * NS_PER_US)
 
-/* Any thread; NULL: none. */
+/* What its cameras do wrong. Any thread; a world must be open. */
 const struct sim_faults *sim_world_faults(void);
 
 /* Any thread. */

@@ -129,8 +129,7 @@ static void several_actors_have_a_layout_each(void **state)
 	assert_int_equal(config.layout_count, 2);
 	assert_string_equal(config.layout_paths[0], "/tmp/anna.yaml");
 	assert_string_equal(config.layout_paths[1], "/srv/ben.yaml");
-	expect_messages("rig: rig\nlayouts: []\n" CAMERAS,
-			"2:1: layouts: no layout in the list\n");
+	expect_messages("rig: rig\nlayouts: []\n" CAMERAS, "2:1: layouts: no layout in the list\n");
 	expect_messages("rig: rig\nlayouts: [a, b, c, d, e, f, g]\n" CAMERAS,
 			"2:29: layouts[6]: more than 6 layouts\n");
 	expect_messages(HEAD "layouts: [a]\n" CAMERAS,
@@ -328,14 +327,14 @@ static void faults_that_cannot_be_are_refused(void **state)
 				 "  - {camera: ir1, kind: drop, at_s: -1}\n"
 				 "  - {kind: drop}\n",
 		"11:25: sim.faults[3].kind: 'melt' is unknown, expected drop or miss or delay "
-		"or repeat or shift or stamp_shift or freeze or unplug or dark or "
-		"phase_slip\n"
+		"or repeat or shift or stamp_shift or freeze or unplug or dark or phase_slip or "
+		"stuck_exposure or bump or clock_step or slow_disk\n"
 		"12:37: sim.faults[4].at_s: -1 is out of range, expected a number from 0 to "
 		"1000000 (seconds)\n"
 		"13:6: sim.faults[5].camera: missing\n"
 		"8:6: sim.faults[0].camera: there is no camera 'ir9'\n"
-		"9:6: sim.faults[1].camera: camera 'ir2' is not simulated: faults are for "
-		"sim: cameras alone\n"
+		"9:6: sim.faults[1].camera: camera 'ir2' is a recording: of its faults only "
+		"slow_disk can be made\n"
 		"10:6: sim.faults[2].camera: camera 'ir1' has no phase to slip from: it is no "
 		"HD camera\n");
 }

@@ -1,0 +1,97 @@
+/*
+ * Black without strobe, another shot's light, or the light of three shots in one.
+ */
+#include "sim/picture.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/hd_render.h"
+#include "sim/scene_parts.h"
+
+struct sim_picture {
+	struct sim_renderer *renderer;       /* owned; NULL for HD */
+	struct sim_hd_renderer *hd_renderer; /* owned; NULL for IR */
+	size_t size_bytes;
+	uint8_t *black; /* owned; of a frame without light */
+	uint8_t *sum;   /* owned; of several shots */
+};
+
+int sim_picture_create(struct sim_picture **out, const struct sim_scene *scene, uint32_t camera,
+		       enum sim_noise noise)
+{
+	struct sim_picture *picture = calloc(1, sizeof(*picture));
+	const struct sim_camera *model = &scene->cameras[camera];
+	int err;
+
+	if (!picture)
+		return -ENOMEM;
+	if (camera >= scene->camera_count)
+		err = sim_hd_renderer_create(&picture->hd_renderer, scene, camera);
+	else
+		err = sim_renderer_create(&picture->renderer, scene, camera, noise);
+	picture->size_bytes = (size_t)model->width_px * (size_t)model->height_px;
+	picture->black = calloc(1, picture->size_bytes);
+	picture->sum = calloc(1, picture->size_bytes);
+	if (err || !picture->black || !picture->sum) {
+		sim_picture_destroy(picture);
+		return -ENOMEM;
+	}
+	*out = picture;
+	return 0;
+}
+
+void sim_picture_destroy(struct sim_picture *picture)
+{
+	if (!picture)
+		return;
+	sim_renderer_destroy(picture->renderer);
+	sim_hd_renderer_destroy(picture->hd_renderer);
+	free(picture->black);
+	free(picture->sum);
+	free(picture);
+}
+
+static const uint8_t *render(struct sim_picture *picture, uint64_t shot, int *width_px,
+			     int *height_px)
+{
+	return picture->renderer ? sim_render(picture->renderer, shot, width_px, height_px)
+				 : sim_hd_render(picture->hd_renderer, shot, width_px, height_px);
+}
+
+static void add(uint8_t *sum, const uint8_t *more, size_t size_bytes)
+{
+	for (size_t i = 0; i < size_bytes; i++) {
+		unsigned both = (unsigned)sum[i] + more[i];
+
+		sum[i] = (uint8_t)(both > 255 ? 255 : both);
+	}
+}
+
+/* The strobes of the shots before and behind it too. */
+static const uint8_t *expose_long(struct sim_picture *picture, uint64_t shot, int *width_px,
+				  int *height_px)
+{
+	memcpy(picture->sum, render(picture, shot, width_px, height_px), picture->size_bytes);
+	add(picture->sum, render(picture, shot > 0 ? shot - 1 : 0, width_px, height_px),
+	    picture->size_bytes);
+	add(picture->sum, render(picture, shot + 1, width_px, height_px), picture->size_bytes);
+	return picture->sum;
+}
+
+const uint8_t *sim_picture_take(struct sim_picture *picture, uint64_t shot, sim_fault_mask faults,
+				int *width_px, int *height_px)
+{
+	const uint8_t *pixels;
+
+	if (faults & SIM_FAULT_BIT(SIM_FAULT_PHASE_SLIP))
+		shot++;
+	if ((faults & SIM_FAULT_BIT(SIM_FAULT_SHIFT)) && shot > 0)
+		shot--;
+	if (faults & SIM_FAULT_BIT(SIM_FAULT_STUCK_EXPOSURE))
+		pixels = expose_long(picture, shot, width_px, height_px);
+	else
+		pixels = render(picture, shot, width_px, height_px);
+	return faults & SIM_FAULT_BIT(SIM_FAULT_DARK) ? picture->black : pixels;
+}
