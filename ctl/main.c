@@ -21,6 +21,9 @@ static const struct verb verbs[] = {
 	 verb_stream_tap},
 	{"config check", "CONFIG", "Checks a config and all that it names", verb_config_check},
 	{"process", "CONFIG", "Tracks recordings: one JSON object per shot", verb_process},
+	{"sim list", "", "Lists the scenes of the simulator", verb_sim_list},
+	{"sim play", "SCENE", "Tracks a simulated scene and scores it against its truth",
+	 verb_sim_play},
 	{"sim record", "DIR", "Writes a simulated recording with its truth", verb_sim_record},
 };
 

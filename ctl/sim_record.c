@@ -44,7 +44,7 @@ static uint32_t to_u32(uint64_t count)
 
 int verb_sim_record(const struct verb *verb, int argc, char **argv)
 {
-	const char *dir, *scene = "talking";
+	const char *dir, *scene = "talking", *optics = NULL;
 	uint64_t seed = 1, cameras = 0, hd = 0;
 	double seconds = 2, rate_hz = 0;
 	bool json = false;
@@ -57,6 +57,8 @@ int verb_sim_record(const struct verb *verb, int argc, char **argv)
 		 .count = &cameras},
 		{"hd", "N", "HD cameras beside them, 0 to 3 (default 0)", .count = &hd},
 		{"rate", "HZ", "shots per second (default: the scene's own)", .number = &rate_hz},
+		{"optics", "NAME", "gaussian or tailed (default: the scene's own)",
+		 .text = &optics},
 		{"json", NULL, "print one JSON object", .flag = &json},
 		{0},
 	};
@@ -68,6 +70,7 @@ int verb_sim_record(const struct verb *verb, int argc, char **argv)
 				      .seed = seed,
 				      .camera_count = to_u32(cameras),
 				      .rate_hz = rate_hz,
+				      .optics = optics,
 				      .hd_camera_count = to_u32(hd),
 				      .hd_after_ir_ns = SIM_HD_AFTER_IR_NS};
 	int err = sim_record(&options, dir, seconds, isatty(STDERR_FILENO) ? progress : NULL, NULL,

@@ -69,3 +69,16 @@ void blob_play_camera(const struct blob_play *play, const struct sim_scene *scen
 		add_blob(set, rng_uniform(&rng) * eye->width_px, rng_uniform(&rng) * eye->height_px,
 			 claimed_px);
 }
+
+void blob_play_fault(struct blob_set *set, sim_fault_mask faults)
+{
+	if (faults & SIM_FAULT_BIT(SIM_FAULT_DARK))
+		set->blob_count = 0;
+	if (!(faults & SIM_FAULT_BIT(SIM_FAULT_STUCK_EXPOSURE)))
+		return;
+	for (uint32_t b = 0; b < set->blob_count; b++) {
+		set->blobs[b].flags |= BLOB_SATURATED;
+		set->blobs[b].area_px2 *= 2;
+		set->blobs[b].peak = 240;
+	}
+}

@@ -6,6 +6,7 @@
 
 #include <stdint.h>
 
+#include "sim/faults.h"
 #include "sim/scene.h"
 
 struct blob_play {
@@ -21,3 +22,7 @@ struct blob_play {
 void blob_play_camera(const struct blob_play *play, const struct sim_scene *scene,
 		      const struct sim_truth *truth, uint64_t shot, uint32_t camera,
 		      struct blob_set *set);
+
+/* What faults of the exposure make of a camera's blobs: none without strobe, or broad and saturated
+ * ones. */
+void blob_play_fault(struct blob_set *set, sim_fault_mask faults);

@@ -11,6 +11,10 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "sim/faults.h"
+
+#define PATIENCE_SHOTS 3 /* as the station's: then a shot is closed */
+
 /* Removes what sim_scene_write_stage made. */
 static void remove_stage(const struct sim_scene *scene, const char *dir)
 {
@@ -87,8 +91,33 @@ int sim_play_init(struct sim_play *play, const struct sim_options *options, stru
 	return 0;
 }
 
+int sim_play_use_pixels(struct sim_play *play, enum sim_noise noise, struct diag *diag)
+{
+	const struct blob_settings settings = blob_settings_default();
+	int err = 0;
+
+	for (uint32_t c = 0; !err && c < play->rig.camera_count; c++) {
+		const struct view *view = &play->rig.views[c];
+
+		err = sim_picture_create(&play->pictures[c], play->scene, c, noise);
+		if (!err)
+			err = blob_finder_create(&play->finders[c], view->width_px, view->height_px,
+						 &settings);
+	}
+	if (err)
+		diag_add(diag, "sim: pictures of %u cameras: %s", play->rig.camera_count,
+			 strerror(-err));
+	return err;
+}
+
 void sim_play_finish(struct sim_play *play)
 {
+	for (int c = 0; c < SIM_CAMERA_MAX; c++) {
+		sim_picture_destroy(play->pictures[c]);
+		blob_finder_destroy(play->finders[c]);
+		play->pictures[c] = NULL;
+		play->finders[c] = NULL;
+	}
 	tracker_scratch_destroy(play->scratch);
 	rig_finish(&play->rig);
 	sim_scene_destroy(play->scene);
@@ -104,12 +133,67 @@ static double thread_us(void)
 	return (double)t.tv_sec * 1e6 + (double)t.tv_nsec * 1e-3;
 }
 
-static void fill_blobs(struct sim_play *play, const struct blob_play *blobs, struct shot *shot)
+static void find_blobs(struct sim_play *play, uint64_t shot, uint32_t c, sim_fault_mask faults)
 {
+	struct blob_set *set = &play->sets[c];
+	struct grey_image image;
+
+	image.pixels = sim_picture_take(play->pictures[c], shot, faults, &image.width_px,
+					&image.height_px);
+	image.stride_bytes = image.width_px;
+	set->shot = set->device_seq = shot;
+	set->mid_exposure_ns = sim_scene_mid_exposure_ns(play->scene, shot);
+	set->uncertainty_ns = 1000;
+	blob_finder_run(play->finders[c], &image, set);
+}
+
+static double time_s(const struct sim_scene *scene, uint64_t shot)
+{
+	return (double)sim_scene_mid_exposure_ns(scene, shot) * 1e-9;
+}
+
+static void make_blobs(struct sim_play *play, const struct blob_play *blobs, uint64_t shot,
+		       uint32_t c, sim_fault_mask faults)
+{
+	bool is_old = shot > 0 && faults & SIM_FAULT_BIT(SIM_FAULT_SHIFT);
+
+	if (is_old)
+		sim_scene_truth(play->scene, time_s(play->scene, shot - 1), &play->before);
+	blob_play_camera(blobs, play->scene, is_old ? &play->before : &play->truth, shot, c,
+			 &play->sets[c]);
+	blob_play_fault(&play->sets[c], faults);
+}
+
+/* A frame that would not be there, or too late. */
+static bool is_kept_back(const struct sim_play *play, uint32_t c, int64_t time_ns,
+			 sim_fault_mask faults)
+{
+	const sim_fault_mask gone = SIM_FAULT_BIT(SIM_FAULT_DROP) | SIM_FAULT_BIT(SIM_FAULT_MISS) |
+				    SIM_FAULT_BIT(SIM_FAULT_FREEZE) |
+				    SIM_FAULT_BIT(SIM_FAULT_UNPLUG);
+	int64_t delay_ns = sim_faults_delay_ns(&sim_scene_script(play->scene)->faults,
+					       sim_scene_camera_name(play->scene, c), time_ns);
+
+	return faults & gone || delay_ns > PATIENCE_SHOTS * sim_scene_period_ns(play->scene);
+}
+
+static void fill_sets(struct sim_play *play, const struct blob_play *blobs, struct shot *shot)
+{
+	const struct sim_scene *scene = play->scene;
+
 	for (uint32_t c = 0; c < shot->camera_count; c++) {
+		sim_fault_mask faults = sim_faults_of(
+			&sim_scene_script(scene)->faults, sim_scene_camera_name(scene, c),
+			shot->mid_exposure_ns, sim_scene_period_ns(scene));
+
+		if (is_kept_back(play, c, shot->mid_exposure_ns, faults))
+			shot->missing_mask |= UINT32_C(1) << c;
 		if (shot->missing_mask & (UINT32_C(1) << c))
 			continue;
-		blob_play_camera(blobs, play->scene, &play->truth, shot->number, c, &play->sets[c]);
+		if (play->pictures[c])
+			find_blobs(play, shot->number, c, faults);
+		else
+			make_blobs(play, blobs, shot->number, c, faults);
 		shot->sets[c] = &play->sets[c];
 	}
 }
@@ -123,9 +207,9 @@ double sim_play_shot_us(struct sim_play *play, const struct blob_play *blobs, ui
 			    .missing_mask = missing_mask};
 	double begin_us = thread_us();
 
-	sim_scene_truth(play->scene, (double)shot.mid_exposure_ns * 1e-9, &play->truth);
+	sim_scene_truth(play->scene, time_s(play->scene, n), &play->truth);
 	double truth_us = thread_us();
-	fill_blobs(play, blobs, &shot);
+	fill_sets(play, blobs, &shot);
 	double blobs_us = thread_us();
 	tracker_run(&play->state, play->scratch, &play->tracker_rig, &shot, &play->set);
 	double tracker_us = thread_us() - blobs_us;

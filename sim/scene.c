@@ -149,6 +149,11 @@ const char *sim_scene_camera_name(const struct sim_scene *scene, uint32_t camera
 	return scene->cameras[camera].name;
 }
 
+const struct sim_script *sim_scene_script(const struct sim_scene *scene)
+{
+	return &scene->script;
+}
+
 const struct layout *sim_scene_layout(const struct sim_scene *scene)
 {
 	return &scene->layout;
