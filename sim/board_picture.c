@@ -52,7 +52,7 @@ void board_picture_destroy(struct board_picture *picture)
 	free(picture);
 }
 
-static void expose_row(struct board_picture *picture, int y, const struct noise *noise,
+static void expose_row(struct board_picture *picture, int y, const struct sensor *sensor,
 		       struct rng *rng, uint8_t *row)
 {
 	const struct pixel_window *box = &picture->view.box;
@@ -65,11 +65,11 @@ static void expose_row(struct board_picture *picture, int y, const struct noise 
 		if (picture->paper.covers)
 			light[x] += (1 - picture->cover[x]) * row[x];
 	}
-	noise_expose(noise, rng, light, row, (size_t)(box->x1 - box->x0));
+	sensor_expose(sensor, rng, box->x0, y, light, row, (size_t)(box->x1 - box->x0));
 }
 
 struct pixel_window board_picture_draw(struct board_picture *picture, uint64_t shot,
-				       const struct noise *noise, struct rng *rng, uint8_t *image)
+				       const struct sensor *sensor, struct rng *rng, uint8_t *image)
 {
 	const struct sim_camera *camera = picture->view.camera;
 	struct exposure exposure = scene_exposure(picture->scene, picture->camera, shot);
@@ -77,7 +77,7 @@ struct pixel_window board_picture_draw(struct board_picture *picture, uint64_t s
 
 	board_view_begin(&picture->view, &exposure);
 	for (int y = box->y0; y < box->y1; y++)
-		expose_row(picture, y, noise, rng,
+		expose_row(picture, y, sensor, rng,
 			   image + (size_t)y * (size_t)camera->width_px + box->x0);
 	return *box;
 }

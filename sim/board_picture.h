@@ -4,8 +4,8 @@
 #pragma once
 
 #include "sim/board_view.h"
-#include "sim/noise.h"
 #include "sim/scene.h"
+#include "sim/sensor.h"
 
 /* What paper that faces the camera at its usual range comes to, for the four pixels of a Bayer
  * cell, row by row; all alike for a grey camera. */
@@ -25,4 +25,5 @@ void board_picture_destroy(struct board_picture *picture); /* accepts NULL */
 /* Draws the board as of shot `shot` over the image, with its noise, and says where. Does not
  * allocate. */
 struct pixel_window board_picture_draw(struct board_picture *picture, uint64_t shot,
-				       const struct noise *noise, struct rng *rng, uint8_t *image);
+				       const struct sensor *sensor, struct rng *rng,
+				       uint8_t *image);

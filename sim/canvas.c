@@ -8,9 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define WINDOW_PIXELS_MAX (SPOT_WINDOW_MAX * SPOT_WINDOW_MAX)
-#define LIGHT_MAX ((size_t)CANVAS_WINDOWS * WINDOW_PIXELS_MAX)
-
 static size_t pixel_count(const struct canvas *canvas)
 {
 	return (size_t)canvas->width_px * (size_t)canvas->height_px;
@@ -24,30 +21,57 @@ static void *zeroed(size_t bytes)
 	return memory ? memset(memory, 0, bytes) : NULL;
 }
 
-int canvas_init(struct canvas *canvas, int width_px, int height_px, uint32_t frame_count,
-		double background_grey, struct rng *rng)
+static int make_noise(struct canvas *canvas, const struct canvas_plan *plan, struct rng *rng)
+{
+	if (plan->optics == SIM_OPTICS_TAILED)
+		return patterned_noise_create(&canvas->sensor.patterned, plan->width_px,
+					      plan->height_px, plan->black_grey, plan->ambient_grey,
+					      rng);
+	return noise_create(&canvas->sensor.even, plan->black_grey + plan->ambient_grey);
+}
+
+/* Fresh noise in frame `frame` of the strip. */
+static void fill_frame(struct canvas *canvas, uint32_t frame, struct rng *rng)
+{
+	uint8_t *pixels = canvas->strip + frame * pixel_count(canvas);
+	int16_t *rows = canvas->rows + frame * (size_t)canvas->height_px;
+
+	if (canvas->sensor.patterned) {
+		patterned_noise_fill_rows(canvas->sensor.patterned, rng, rows);
+		patterned_noise_fill(canvas->sensor.patterned, rng, rows, pixels);
+	} else {
+		noise_fill_background(canvas->sensor.even, rng, pixels, pixel_count(canvas));
+	}
+}
+
+int canvas_init(struct canvas *canvas, const struct canvas_plan *plan, struct rng *rng)
 {
 	memset(canvas, 0, sizeof(*canvas));
-	canvas->width_px = width_px;
-	canvas->height_px = height_px;
-	canvas->frame_count = frame_count;
-	canvas->strip = zeroed(frame_count * pixel_count(canvas));
-	canvas->light = zeroed(LIGHT_MAX * sizeof(*canvas->light));
-	canvas->before = zeroed(LIGHT_MAX);
-	if (!canvas->strip || !canvas->light || !canvas->before ||
-	    noise_create(&canvas->noise, background_grey) != 0) {
+	canvas->width_px = plan->width_px;
+	canvas->height_px = plan->height_px;
+	canvas->frame_count = plan->frame_count;
+	canvas->strip = zeroed(plan->frame_count * pixel_count(canvas));
+	canvas->rows = zeroed(plan->frame_count * (size_t)plan->height_px * sizeof(int16_t));
+	canvas->light = zeroed(CANVAS_LIGHT_MAX * sizeof(*canvas->light));
+	canvas->before = zeroed(CANVAS_LIGHT_MAX);
+	if (!canvas->strip || !canvas->rows || !canvas->light || !canvas->before ||
+	    make_noise(canvas, plan, rng) != 0) {
 		canvas_finish(canvas);
 		return -ENOMEM;
 	}
 	canvas->image = canvas->strip;
-	noise_fill_background(canvas->noise, rng, canvas->strip, frame_count * pixel_count(canvas));
+	canvas->sensor.rows = canvas->rows;
+	for (uint32_t frame = 0; frame < plan->frame_count; frame++)
+		fill_frame(canvas, frame, rng);
 	return 0;
 }
 
 void canvas_finish(struct canvas *canvas)
 {
-	noise_destroy(canvas->noise);
+	noise_destroy(canvas->sensor.even);
+	patterned_noise_destroy(canvas->sensor.patterned);
 	free(canvas->strip);
+	free(canvas->rows);
 	free(canvas->light);
 	free(canvas->before);
 	memset(canvas, 0, sizeof(*canvas));
@@ -71,15 +95,27 @@ static void put_back(struct canvas *canvas)
 	}
 }
 
+/* A stretch of even noise may start anywhere; patterned noise stays where it is. */
+static void move_image(struct canvas *canvas, struct rng *rng)
+{
+	double lines = (double)(canvas->frame_count - 1) * (double)pixel_count(canvas) / 64;
+	uint32_t frame = (uint32_t)(rng_uniform(rng) * canvas->frame_count);
+
+	if (canvas->sensor.patterned) {
+		canvas->image = canvas->strip + frame * pixel_count(canvas);
+		canvas->sensor.rows = canvas->rows + frame * (size_t)canvas->height_px;
+	} else {
+		canvas->image = canvas->strip + 64 * (size_t)(rng_uniform(rng) * lines);
+	}
+}
+
 void canvas_clear(struct canvas *canvas, struct rng *rng)
 {
 	if (canvas->frame_count == 1) {
-		noise_fill_background(canvas->noise, rng, canvas->image, pixel_count(canvas));
+		fill_frame(canvas, 0, rng);
 	} else {
-		double lines = (double)(canvas->frame_count - 1) * (double)pixel_count(canvas) / 64;
-
 		put_back(canvas);
-		canvas->image = canvas->strip + 64 * (size_t)(rng_uniform(rng) * lines);
+		move_image(canvas, rng);
 	}
 	canvas->window_count = 0;
 	canvas->light_count = 0;
@@ -89,7 +125,8 @@ float *canvas_add_window(struct canvas *canvas, struct pixel_window window)
 {
 	int count = pixel_window_count(&window);
 
-	if (count == 0 || count > WINDOW_PIXELS_MAX || canvas->window_count == CANVAS_WINDOWS)
+	if (count == 0 || canvas->light_count + (uint32_t)count > CANVAS_LIGHT_MAX ||
+	    canvas->window_count == CANVAS_WINDOWS)
 		return NULL;
 	float *light = canvas->light + canvas->light_count;
 
@@ -128,7 +165,7 @@ static void expose_window(struct canvas *canvas, uint32_t i, struct rng *rng)
 		uint8_t *row = image_row(canvas, w->x0, y);
 
 		memcpy(before, row, width);
-		noise_expose(canvas->noise, rng, light, row, width);
+		sensor_expose(&canvas->sensor, rng, w->x0, y, light, row, width);
 	}
 }
 

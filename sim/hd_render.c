@@ -77,8 +77,8 @@ static void fill(struct sim_hd_renderer *renderer)
 
 	rng_init(&rng, renderer->scene->seed, 16 + renderer->camera);
 	blur_init(&renderer->blur, BLUR_SIGMA_PX);
-	renderer->brightness = marker_brightness(&renderer->scene->cameras[renderer->camera],
-						 PEAK_GREY, BLUR_SIGMA_PX);
+	renderer->brightness =
+		marker_brightness(renderer->scene, renderer->camera, PEAK_GREY, BLUR_SIGMA_PX);
 	hd_head_init(&renderer->head);
 	fill_grain(renderer, &rng);
 	fill_background(renderer, &rng);
@@ -196,6 +196,7 @@ const uint8_t *sim_hd_render(struct sim_hd_renderer *renderer, uint64_t shot, in
 {
 	const struct sim_camera *camera = &renderer->scene->cameras[renderer->camera];
 	double time_s = (double)sim_scene_hd_mid_exposure_ns(renderer->scene, shot) * 1e-9;
+	const struct sensor sensor = {.even = renderer->noise};
 	struct rng rng;
 
 	rng_init(&rng, renderer->scene->seed + shot * UINT64_C(0x9e3779b97f4a7c15),
@@ -203,8 +204,8 @@ const uint8_t *sim_hd_render(struct sim_hd_renderer *renderer, uint64_t shot, in
 	scene_pose_markers(renderer->scene, time_s, &renderer->truth);
 	put_back(renderer);
 	if (renderer->board) {
-		renderer->drawn[renderer->drawn_count++] = board_picture_draw(
-			renderer->board, shot, renderer->noise, &rng, renderer->image);
+		renderer->drawn[renderer->drawn_count++] =
+			board_picture_draw(renderer->board, shot, &sensor, &rng, renderer->image);
 	} else {
 		draw_head(renderer, &rng);
 		draw_markers(renderer, &rng);

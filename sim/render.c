@@ -1,5 +1,6 @@
 /*
- * Draws what one camera sees of a scene: a spot for every visible marker, and a few hot pixels.
+ * Draws what one camera sees of a scene: a spot for every visible marker and ghost, the lamps that
+ * shine into it, and a few hot pixels.
  */
 #include "sim/render.h"
 
@@ -9,9 +10,10 @@
 
 #include "sim/board_picture.h"
 #include "sim/canvas.h"
+#include "sim/lamps.h"
 #include "sim/marker_spot.h"
+#include "sim/optics.h"
 #include "sim/scene_parts.h"
-#include "sim/spot.h"
 
 #define STRIP_FRAMES 8
 #define HOT_PIXELS 4
@@ -23,25 +25,32 @@ struct hot_pixel {
 	float grey;
 };
 
+/* A lamp's light, drawn once: it never changes, though somebody may stand before it. */
+struct lamp_light {
+	struct vec3 p_stage_m;
+	struct pixel_window window;
+	float *light; /* owned */
+};
+
 struct sim_renderer {
 	/* set when made */
 	const struct sim_scene *scene; /* borrowed */
 	uint32_t camera;
-	struct blur blur;
-	double brightness; /* of a nominal marker facing the camera at its range */
-	struct hot_pixel hot[HOT_PIXELS];
+	double brightness;           /* of a nominal marker facing the camera at its range */
 	struct board_picture *board; /* owned; NULL: there is none */
+	struct hot_pixel hot[HOT_PIXELS];
+	uint32_t lamp_count;
+	struct lamp_light lamps[LAMP_MAX];
 	/* owned by the thread that renders */
+	struct optics optics;
 	struct canvas canvas;
 	struct sim_truth truth;
 };
 
-static void set_camera(struct sim_renderer *renderer, struct rng *rng)
+static void set_hot_pixels(struct sim_renderer *renderer, struct rng *rng)
 {
 	const struct sim_camera *camera = &renderer->scene->cameras[renderer->camera];
 
-	blur_init(&renderer->blur, 0.8 + 0.2 * rng_uniform(rng));
-	renderer->brightness = marker_brightness(camera, PEAK_GREY, renderer->blur.sigma_px);
 	for (int i = 0; i < HOT_PIXELS; i++) {
 		renderer->hot[i].x = (int)(rng_uniform(rng) * camera->width_px);
 		renderer->hot[i].y = (int)(rng_uniform(rng) * camera->height_px);
@@ -49,20 +58,74 @@ static void set_camera(struct sim_renderer *renderer, struct rng *rng)
 	}
 }
 
-static int add_board(struct sim_renderer *renderer)
+static int draw_lamps(struct sim_renderer *renderer)
+{
+	const struct sim_camera *camera = &renderer->scene->cameras[renderer->camera];
+	struct lamp lamps[LAMP_MAX];
+	uint32_t count = lamps_find(renderer->scene, renderer->camera, lamps);
+
+	for (uint32_t i = 0; i < count; i++) {
+		struct lamp_light *lamp = &renderer->lamps[i];
+
+		lamp->p_stage_m = lamps[i].p_stage_m;
+		lamp->window = optics_window(&renderer->optics, &lamps[i].spot, camera->width_px,
+					     camera->height_px);
+		lamp->light = malloc((size_t)pixel_window_count(&lamp->window) * sizeof(float) + 1);
+		if (!lamp->light)
+			return -ENOMEM;
+		renderer->lamp_count++;
+		optics_fill(&renderer->optics, &lamps[i].spot, &lamp->window, lamp->light);
+	}
+	return 0;
+}
+
+static int make_board(struct sim_renderer *renderer, double blur_sigma_px)
 {
 	const struct board_paper paper = {
 		.grey = {{PAPER_GREY, PAPER_GREY}, {PAPER_GREY, PAPER_GREY}}};
 
+	if (!renderer->scene->script.board)
+		return 0;
 	return board_picture_create(&renderer->board, renderer->scene, renderer->camera,
-				    renderer->blur.sigma_px, &paper);
+				    blur_sigma_px, &paper);
+}
+
+/* A board covers much of the image: pre-made noise would not help. */
+static int make_canvas(struct sim_renderer *renderer, enum sim_noise noise, struct rng *rng)
+{
+	const struct sim_script *script = &renderer->scene->script;
+	const struct sim_camera *camera = &renderer->scene->cameras[renderer->camera];
+	struct canvas_plan plan = {
+		.width_px = camera->width_px,
+		.height_px = camera->height_px,
+		.frame_count = noise == SIM_NOISE_FAST && !script->board ? STRIP_FRAMES : 1,
+		.optics = script->optics,
+		.black_grey = 8.0 + 4.0 * rng_uniform(rng),
+		.ambient_grey = script->ambient_grey};
+
+	return canvas_init(&renderer->canvas, &plan, rng);
+}
+
+static int set_camera(struct sim_renderer *renderer, enum sim_noise noise, struct rng *rng)
+{
+	const struct sim_scene *scene = renderer->scene;
+	double share = rng_uniform(rng), sigma_px = optics_sigma_px(scene->script.optics, share);
+	int err = optics_init(&renderer->optics, scene->script.optics, share);
+
+	if (err)
+		return err;
+	renderer->brightness = marker_brightness(scene, renderer->camera, PEAK_GREY, sigma_px);
+	set_hot_pixels(renderer, rng);
+	err = draw_lamps(renderer);
+	if (!err)
+		err = make_board(renderer, sigma_px);
+	return err ? err : make_canvas(renderer, noise, rng);
 }
 
 int sim_renderer_create(struct sim_renderer **out, const struct sim_scene *scene, uint32_t camera,
 			enum sim_noise noise)
 {
 	struct sim_renderer *renderer = calloc(1, sizeof(*renderer));
-	const struct sim_camera *model = &scene->cameras[camera];
 	struct rng rng;
 
 	if (!renderer)
@@ -70,12 +133,7 @@ int sim_renderer_create(struct sim_renderer **out, const struct sim_scene *scene
 	renderer->scene = scene;
 	renderer->camera = camera;
 	rng_init(&rng, scene->seed, 16 + camera);
-	set_camera(renderer, &rng);
-	uint32_t frames = noise == SIM_NOISE_FAST && !scene->script.board ? STRIP_FRAMES : 1;
-
-	if (canvas_init(&renderer->canvas, model->width_px, model->height_px, frames,
-			8.0 + 4.0 * rng_uniform(&rng), &rng) != 0 ||
-	    (scene->script.board && add_board(renderer) != 0)) {
+	if (set_camera(renderer, noise, &rng) != 0) {
 		sim_renderer_destroy(renderer);
 		return -ENOMEM;
 	}
@@ -87,14 +145,27 @@ void sim_renderer_destroy(struct sim_renderer *renderer)
 {
 	if (!renderer)
 		return;
+	for (uint32_t i = 0; i < renderer->lamp_count; i++)
+		free(renderer->lamps[i].light);
+	optics_finish(&renderer->optics);
 	canvas_finish(&renderer->canvas);
 	board_picture_destroy(renderer->board);
 	free(renderer);
 }
 
-static void add_spots(struct sim_renderer *renderer)
+static void add_spot(struct sim_renderer *renderer, const struct spot *spot)
 {
 	struct canvas *canvas = &renderer->canvas;
+	struct pixel_window window =
+		optics_window(&renderer->optics, spot, canvas->width_px, canvas->height_px);
+	float *light = canvas_add_window(canvas, window);
+
+	if (light)
+		optics_fill(&renderer->optics, spot, &window, light);
+}
+
+static void add_markers(struct sim_renderer *renderer)
+{
 	double pixel[2], facing;
 
 	for (uint32_t m = 0; m < renderer->truth.marker_count; m++) {
@@ -103,12 +174,20 @@ static void add_spots(struct sim_renderer *renderer)
 			continue;
 		struct spot spot = marker_spot(renderer->scene, &renderer->truth, renderer->camera,
 					       m, pixel, facing, renderer->brightness);
-		struct pixel_window window =
-			spot_window(&spot, &renderer->blur, canvas->width_px, canvas->height_px);
-		float *light = canvas_add_window(canvas, window);
+
+		add_spot(renderer, &spot);
+	}
+}
+
+static void add_lamps(struct sim_renderer *renderer)
+{
+	for (uint32_t i = 0; i < renderer->lamp_count; i++) {
+		const struct lamp_light *lamp = &renderer->lamps[i];
+		float *light = canvas_add_window(&renderer->canvas, lamp->window);
 
 		if (light)
-			spot_fill(&spot, &renderer->blur, &window, light);
+			memcpy(light, lamp->light,
+			       (size_t)pixel_window_count(&lamp->window) * sizeof(*light));
 	}
 }
 
@@ -135,10 +214,11 @@ const uint8_t *sim_render(struct sim_renderer *renderer, uint64_t shot, int *wid
 		 64 + renderer->camera);
 	scene_pose_markers(renderer->scene, time_s, &renderer->truth);
 	canvas_clear(&renderer->canvas, &rng);
-	if (renderer->board) /* its canvas is filled anew every time */
-		board_picture_draw(renderer->board, shot, renderer->canvas.noise, &rng,
+	if (renderer->board)
+		board_picture_draw(renderer->board, shot, &renderer->canvas.sensor, &rng,
 				   renderer->canvas.image);
-	add_spots(renderer);
+	add_markers(renderer);
+	add_lamps(renderer);
 	add_hot_pixels(renderer);
 	*width_px = renderer->canvas.width_px;
 	*height_px = renderer->canvas.height_px;

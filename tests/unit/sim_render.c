@@ -212,6 +212,8 @@ static void same_shot_is_the_same_picture_in_any_order(void **state)
 
 static void light_of_overlapping_windows_adds_up(void **state)
 {
+	const struct canvas_plan plan = {
+		.width_px = 16, .height_px = 16, .frame_count = 1, .black_grey = 10};
 	struct pixel_window windows[] = {{4, 4, 10, 10}, {6, 6, 12, 12}, {8, 3, 9, 14}};
 	struct canvas canvas;
 	struct rng rng;
@@ -219,7 +221,7 @@ static void light_of_overlapping_windows_adds_up(void **state)
 
 	(void)state;
 	rng_init(&rng, 1, 1);
-	assert_int_equal(canvas_init(&canvas, 16, 16, 1, 10, &rng), 0);
+	assert_int_equal(canvas_init(&canvas, &plan, &rng), 0);
 	for (int shot = 0; shot < 2000; shot++) {
 		canvas_clear(&canvas, &rng);
 		for (int i = 0; i < 3; i++) {

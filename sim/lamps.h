@@ -1,0 +1,20 @@
+/*
+ * Lamps that a camera looks into: other IR cameras' strobes, which saturate it, and the HD cameras'
+ * ring lights, of which its filter lets a little through.
+ */
+#pragma once
+
+#include "sim/scene_parts.h"
+#include "sim/spot.h"
+
+#define LAMP_RING_LEDS 12
+#define LAMP_MAX (SIM_CAMERA_MAX + SIM_HD_MAX * LAMP_RING_LEDS)
+
+struct lamp {
+	struct vec3 p_stage_m;
+	struct spot spot;
+};
+
+/* Finds the lamps of the scene that shine into camera `camera`, whoever may stand between. Returns
+ * how many. */
+uint32_t lamps_find(const struct sim_scene *scene, uint32_t camera, struct lamp out[LAMP_MAX]);

@@ -1,0 +1,28 @@
+/*
+ * A camera's lens and sensor as a drawer of spots: one of two unlike models.
+ */
+#pragma once
+
+#include "sim/script.h"
+#include "sim/spot.h"
+#include "sim/spot_tailed.h"
+
+struct optics {
+	int kind; /* enum sim_optics */
+	struct blur blur;
+	struct tail_blur *tail; /* owned; of SIM_OPTICS_TAILED alone */
+};
+
+/* `share`, 0 to 1, is where the lens's blur lies between the sharpest and the softest. Returns 0 or
+ * -ENOMEM; then nothing is held. */
+int optics_init(struct optics *optics, int kind, double share);
+void optics_finish(struct optics *optics); /* zeroed optics are fine */
+
+/* Standard deviation of the blur, of a Gaussian as wide as the core of the point spread. */
+double optics_sigma_px(int kind, double share);
+
+/* As spot_window() and spot_fill(). */
+struct pixel_window optics_window(const struct optics *optics, const struct spot *spot,
+				  int width_px, int height_px);
+void optics_fill(struct optics *optics, const struct spot *spot, const struct pixel_window *window,
+		 float *light);
