@@ -9,6 +9,7 @@
 
 #include "track/observe.h"
 #include "track/tracker.h"
+#include "track/tracker_state.h"
 #include "track/triangulate.h"
 
 #define POINT_MAX 1024
@@ -21,14 +22,23 @@ struct point {
 	int16_t label;            /* LABEL_NONE until named */
 };
 
+#define SEED_MAX (LABEL_MAX + LOOSE_MAX)
+
 /* Where a point is expected, and how far from there it may be. */
 struct seed {
 	struct vec3 p_stage_m;
 	double radius_m;
+	int16_t label; /* whose place it is, or LABEL_NONE */
 };
 
 #define CELLS_ACROSS_MAX 32 /* of an image, along each axis */
 #define CELL_COUNT_MAX (CELLS_ACROSS_MAX * CELLS_ACROSS_MAX)
+
+/* A blob as the search by place needs it. */
+struct placed_blob {
+	float x_px, y_px;
+	int32_t index;
+};
 
 /* One camera's blobs of the shot, indexed by place. */
 struct sight_index {
@@ -37,10 +47,12 @@ struct sight_index {
 	int blob_count;
 	double pixels_per_radian; /* at the middle of the image */
 	int cell_px, column_count, row_count;
-	uint16_t cell_start[CELL_COUNT_MAX + 1]; /* into `order` */
-	uint16_t order[BLOB_MAX];
-	int16_t owner[BLOB_MAX];   /* point that claimed the blob, or -1 */
-	struct vec3 ray[BLOB_MAX]; /* of the blobs that the seeds left over */
+	uint16_t cell_start[CELL_COUNT_MAX + 1]; /* into `placed` */
+	struct placed_blob placed[BLOB_MAX];     /* cell by cell */
+	int16_t owner[BLOB_MAX];                 /* point that claimed the blob, or -1 */
+	int free_count;                          /* when the seeds were matched: */
+	int16_t free[BLOB_MAX];                  /* the blobs left over ... */
+	struct vec3 ray[BLOB_MAX];               /* ... and their rays, by blob */
 };
 
 struct matcher {
@@ -53,6 +65,13 @@ struct matcher {
 	uint32_t candidate_count;
 	struct point candidates[POINT_MAX * 4];
 	uint16_t candidate_order[POINT_MAX * 4];
+
+	/* the seeds of the shot and what the cameras would see of them */
+	int seed_count;
+	struct seed seeds[SEED_MAX];
+	uint32_t seed_in_sight[SEED_MAX];              /* bit c: camera c sees the place */
+	int16_t seed_of_label[LABEL_MAX];              /* or -1 */
+	struct projection seen[SEED_MAX * CAMERA_MAX]; /* camera_count per seed */
 };
 
 void match_begin(struct matcher *matcher, const struct tracker_rig *rig, double excess_px2,
@@ -61,8 +80,12 @@ void match_begin(struct matcher *matcher, const struct tracker_rig *rig, double 
 /* One standard deviation of a blob as a sight of its point. */
 double match_sigma_px(const struct matcher *matcher, const struct blob *blob);
 
-/* Adds the points that at least three cameras confirm near a seed. */
-void match_seeds(struct matcher *matcher, const struct seed *seeds, int count);
+/* Projects the seeds, of which only SEED_MAX are used; needs no blobs. */
+void match_prepare(struct matcher *matcher, const struct tracker_rig *rig, const struct seed *seeds,
+		   int count);
+
+/* Adds the points that at least three cameras confirm near a prepared seed. */
+void match_seeds(struct matcher *matcher);
 
 /* Adds the points that at least three cameras confirm among the blobs still free. */
 void match_leftovers(struct matcher *matcher);

@@ -4,7 +4,7 @@
  */
 #include <string.h>
 
-#include "track/match.h"
+#include "track/match_parts.h"
 #include "track/sight_index.h"
 
 #define NEAR_MAX 6        /* blobs looked at per camera */
@@ -34,11 +34,8 @@ static bool pair_point(const struct matcher *m, uint32_t ca, int blob_a, uint32_
 	for (int i = 0; i < 2; i++) {
 		const struct blob *b = &cameras[i]->blobs[blobs[i]];
 
-		sightings[i].view = cameras[i]->view;
-		sightings[i].pixel[0] = b->x_px;
-		sightings[i].pixel[1] = b->y_px;
-		sightings[i].sigma_px = match_sigma_px(m, b);
-		sightings[i].flags = b->flags;
+		sightings[i] = (struct sighting){
+			cameras[i]->view, {b->x_px, b->y_px}, match_sigma_px(m, b), b->flags, NULL};
 	}
 	if (triangulate(sightings, 2, NULL, &out->fix) ||
 	    out->fix.residual_px > 0.5 * m->settings->match_gate_px)
@@ -53,12 +50,14 @@ static bool pair_point(const struct matcher *m, uint32_t ca, int blob_a, uint32_
 static void find_near(const struct matcher *m, const struct seed *seed,
 		      struct near_blobs near[CAMERA_MAX])
 {
+	int index = seed->label == LABEL_NONE ? -1 : m->seed_of_label[seed->label];
+
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		const struct sight_index *camera = &m->cameras[c];
 		double pixel[2];
 
 		near[c].count = 0;
-		if (!camera->view || !view_project(camera->view, seed->p_stage_m, pixel, NULL))
+		if (!camera->view || !project_near(m, c, seed->p_stage_m, index, pixel))
 			continue;
 		double range_m = vec3_distance(seed->p_stage_m, camera->view->centre_stage_m);
 		double radius_px = seed->radius_m * camera->pixels_per_radian / range_m + 1;

@@ -35,13 +35,14 @@ static void sort_into_cells(struct sight_index *index)
 		index->cell_start[cell_of(index, index->blobs[i].x_px, index->blobs[i].y_px) + 1]++;
 	for (int c = 0; c < cell_count; c++)
 		index->cell_start[c + 1] += index->cell_start[c];
-	/* backwards, so that each start ends where its cell begins and order inside a cell is kept
-	 */
 	uint16_t fill[CELL_COUNT_MAX];
 	memcpy(fill, index->cell_start, (size_t)cell_count * sizeof(fill[0]));
-	for (int i = 0; i < index->blob_count; i++)
-		index->order[fill[cell_of(index, index->blobs[i].x_px, index->blobs[i].y_px)]++] =
-			(uint16_t)i;
+	for (int i = 0; i < index->blob_count; i++) {
+		const struct blob *blob = &index->blobs[i];
+
+		index->placed[fill[cell_of(index, blob->x_px, blob->y_px)]++] =
+			(struct placed_blob){blob->x_px, blob->y_px, i};
+	}
 }
 
 void sight_index_build(struct sight_index *index, const struct view *view,
@@ -61,13 +62,16 @@ void sight_index_build(struct sight_index *index, const struct view *view,
 		index->owner[i] = -1;
 }
 
-void sight_index_rays(struct sight_index *index)
+void sight_index_free(struct sight_index *index)
 {
+	index->free_count = 0;
 	for (int i = 0; i < index->blob_count; i++) {
 		double pixel[2] = {index->blobs[i].x_px, index->blobs[i].y_px};
 
-		if (index->owner[i] < 0)
-			index->ray[i] = view_ray(index->view, pixel);
+		if (index->owner[i] >= 0)
+			continue;
+		index->ray[i] = view_ray(index->view, pixel);
+		index->free[index->free_count++] = (int16_t)i;
 	}
 }
 
@@ -87,15 +91,14 @@ static struct cell_range cells_around(const struct sight_index *index, const dou
 		clamp((int)((pixel[1] + radius_px) / size), 0, index->row_count - 1)};
 }
 
-static double distance2(const struct blob *blob, const double pixel[2])
+static double distance2(const struct placed_blob *blob, const double pixel[2])
 {
 	double dx = blob->x_px - pixel[0], dy = blob->y_px - pixel[1];
 
 	return dx * dx + dy * dy;
 }
 
-int sight_index_nearest(const struct sight_index *index, const double pixel[2], double radius_px,
-			bool free_only)
+int sight_index_nearest(const struct sight_index *index, const double pixel[2], double radius_px)
 {
 	struct cell_range range = cells_around(index, pixel, radius_px);
 	double best2 = radius_px * radius_px;
@@ -106,12 +109,11 @@ int sight_index_nearest(const struct sight_index *index, const double pixel[2], 
 		int last = row * index->column_count + range.column_last;
 
 		for (int k = index->cell_start[first]; k < index->cell_start[last + 1]; k++) {
-			int blob = index->order[k];
-			double d2 = distance2(&index->blobs[blob], pixel);
+			double d2 = distance2(&index->placed[k], pixel);
 
-			if (d2 < best2 && !(free_only && index->owner[blob] >= 0)) {
+			if (d2 < best2 && index->owner[index->placed[k].index] < 0) {
 				best2 = d2;
-				best = blob;
+				best = index->placed[k].index;
 			}
 		}
 	}
@@ -129,10 +131,10 @@ int sight_index_within(const struct sight_index *index, const double pixel[2], d
 		int last = row * index->column_count + range.column_last;
 
 		for (int k = index->cell_start[first]; k < index->cell_start[last + 1]; k++) {
-			int blob = index->order[k];
+			int blob = index->placed[k].index;
 
 			if (index->owner[blob] >= 0 || count == max ||
-			    distance2(&index->blobs[blob], pixel) > radius_px * radius_px)
+			    distance2(&index->placed[k], pixel) > radius_px * radius_px)
 				continue;
 			out[count++] = (int16_t)blob;
 		}

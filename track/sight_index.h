@@ -8,13 +8,11 @@
 void sight_index_build(struct sight_index *index, const struct view *view,
 		       const struct blob_set *set);
 
-/* The rays of the blobs that are still free: few, once the seeds are matched. */
-void sight_index_rays(struct sight_index *index);
+/* Lists the blobs that are still free, with their rays: few, once the seeds are matched. */
+void sight_index_free(struct sight_index *index);
 
-/* The blob nearest to a pixel within `radius_px`, or BLOB_NONE. `free_only` passes over claimed
- * blobs. */
-int sight_index_nearest(const struct sight_index *index, const double pixel[2], double radius_px,
-			bool free_only);
+/* The free blob nearest to a pixel within `radius_px`, or BLOB_NONE. */
+int sight_index_nearest(const struct sight_index *index, const double pixel[2], double radius_px);
 
 /* Up to `max` free blobs within the radius, in index order; returns how many. */
 int sight_index_within(const struct sight_index *index, const double pixel[2], double radius_px,

@@ -27,7 +27,7 @@ struct tracker_scratch {
 	struct matcher matcher;
 	struct crowd crowd;
 	struct labelling labelling;
-	struct seed seeds[LABEL_MAX + LOOSE_MAX];
+	struct seed seeds[SEED_MAX];
 };
 
 struct tracker_settings tracker_settings_default(void)
@@ -81,7 +81,8 @@ static void predict_shot(struct tracker_state *state, struct labelling *l, int64
 	predict_motion(state, now_ns, &l->motion);
 }
 
-static void match_shot(struct tracker_state *state, struct tracker_scratch *scratch)
+static void match_shot(struct tracker_state *state, struct tracker_scratch *scratch,
+		       const struct tracker_rig *rig)
 {
 	const struct labelling *l = &scratch->labelling;
 	int count = 0;
@@ -92,11 +93,14 @@ static void match_shot(struct tracker_state *state, struct tracker_scratch *scra
 		if (state->frames[frame].tracked)
 			scratch->seeds[count++] = (struct seed){
 				pose_apply(&l->rt_stage_frame[frame], l->motion.labels[i].local_m),
-				fmin(SEED_RADIUS_M, 0.0005 + 1.2 * l->motion.labels[i].sigma_m)};
+				fmin(SEED_RADIUS_M, 0.0005 + 1.2 * l->motion.labels[i].sigma_m),
+				(int16_t)i};
 	}
 	for (uint32_t i = 0; i < state->loose_count; i++)
-		scratch->seeds[count++] = (struct seed){state->loose_stage_m[i], SEED_RADIUS_M};
-	match_seeds(&scratch->matcher, scratch->seeds, count);
+		scratch->seeds[count++] =
+			(struct seed){state->loose_stage_m[i], SEED_RADIUS_M, LABEL_NONE};
+	match_prepare(&scratch->matcher, rig, scratch->seeds, count);
+	match_seeds(&scratch->matcher);
 	match_leftovers(&scratch->matcher);
 }
 
@@ -219,7 +223,7 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 	begin_set(state, shot, out);
 	predict_shot(state, l, now_ns);
 	match_begin(m, rig, state->excess_px2, shot);
-	match_shot(state, scratch);
+	match_shot(state, scratch, rig);
 	nearby_build(&l->nearby, m->points, m->point_count, NULL);
 	crowd_find(&scratch->crowd, state, l, m->points, m->point_count, now_ns);
 	name_shot(state, scratch, now_ns, dt_s, fits);

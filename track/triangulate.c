@@ -62,13 +62,19 @@ static int linearise(const struct sighting *sightings, int count, struct vec3 p,
 	return 0;
 }
 
-static void take_projections(const struct sighting *sightings, int count,
-			     struct equation *equations)
+/* The same at the guess, where the caller has made some of the projections. */
+static int linearise_guess(const struct sighting *sightings, int count, struct vec3 p,
+			   struct equation *equations)
 {
 	for (int i = 0; i < count; i++) {
-		equations[i].q = sightings[i].at_guess;
+		if (sightings[i].at_guess)
+			equations[i].q = *sightings[i].at_guess;
+		else if (!view_project(sightings[i].view, p, equations[i].q.pixel,
+				       equations[i].q.slopes))
+			return -EDOM;
 		set_error(&sightings[i], &equations[i]);
 	}
+	return 0;
 }
 
 static void add_equation(const struct equation *q, double h[6], struct vec3 *g)
@@ -123,18 +129,19 @@ static int solve(const struct equation *equations, int count, double cov_m2[6], 
 	return 0;
 }
 
-/* Steps until they are tiny; `projected` says that the first equations are made. `equations` and
- * `step` are those of the last one, so that the error of any view is at hand. */
-static int converge(const struct sighting *sightings, int count, bool projected,
+/* Steps until they are tiny. `equations` and `step` are those of the last one, so that the error of
+ * any view is at hand. */
+static int converge(const struct sighting *sightings, int count, bool has_guess,
 		    struct equation *equations, struct fix *fix, struct vec3 *step)
 {
 	bool slopes = true;
 
 	for (int iteration = 0; iteration < ITERATION_MAX; iteration++) {
-		int error = 0;
+		int error =
+			iteration == 0 && has_guess
+				? linearise_guess(sightings, count, fix->p_stage_m, equations)
+				: linearise(sightings, count, fix->p_stage_m, slopes, equations);
 
-		if (iteration > 0 || !projected)
-			error = linearise(sightings, count, fix->p_stage_m, slopes, equations);
 		if (!error)
 			error = solve(equations, count, fix->cov_m2, step);
 		if (error)
@@ -194,7 +201,7 @@ static void widen(struct fix *fix)
 		fix->cov_m2[k] *= fix->chi2_per_dof;
 }
 
-int triangulate(const struct sighting *sightings, int count, const struct guess *guess,
+int triangulate(const struct sighting *sightings, int count, const struct vec3 *guess_stage_m,
 		struct fix *out)
 {
 	struct equation equations[CAMERA_MAX];
@@ -202,15 +209,12 @@ int triangulate(const struct sighting *sightings, int count, const struct guess 
 	struct fix fix;
 	int error = 0;
 
-	if (guess)
-		fix.p_stage_m = guess->p_stage_m;
+	if (guess_stage_m)
+		fix.p_stage_m = *guess_stage_m;
 	else
 		error = triangulate_rays(sightings, count, &fix.p_stage_m);
-	if (guess && guess->projected)
-		take_projections(sightings, count, equations);
 	if (!error)
-		error = converge(sightings, count, guess && guess->projected, equations, &fix,
-				 &step);
+		error = converge(sightings, count, guess_stage_m != NULL, equations, &fix, &step);
 	if (error)
 		return error;
 	measure(equations, count, count == 32 ? ~0u : (1u << count) - 1, step, &fix);

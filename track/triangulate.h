@@ -24,15 +24,9 @@ struct sighting {
 	const struct view *view;
 	double pixel[2];
 	double sigma_px;
-	uint16_t flags;             /* of the blob, enum blob_flag: how likely it is bad */
-	struct projection at_guess; /* only where triangulate() is told so */
-};
-
-/* Where triangulate() starts. */
-struct guess {
-	struct vec3 p_stage_m;
-	bool projected; /* the sightings' at_guess is filled: those projections are not done again
-			 */
+	uint16_t flags; /* of the blob, enum blob_flag: how likely it is bad */
+	/* of the guess that triangulate() is given, borrowed; NULL: it is made there */
+	const struct projection *at_guess;
 };
 
 struct fix {
@@ -54,8 +48,8 @@ static inline double fix_noise_m(const struct fix *fix)
  * the rays are parallel. */
 int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *out);
 
-/* 2 to CAMERA_MAX sightings; starts from `guess`, or from the rays where that is NULL. A view is
+/* 2 to CAMERA_MAX sightings; starts from the guess, or from the rays where that is NULL. A view is
  * not used when it is more likely bad than good. Returns 0, or -EDOM when the point is out
  * of a camera's sight or cannot be fixed. */
-int triangulate(const struct sighting *sightings, int count, const struct guess *guess,
+int triangulate(const struct sighting *sightings, int count, const struct vec3 *guess_stage_m,
 		struct fix *out);

@@ -42,10 +42,11 @@ void remember_two_camera(struct labelling *l, const struct tracker_state *state,
 
 		if (!l->found[frame] || l->assign.column_of_row[i] != ASSIGN_NONE)
 			continue;
-		struct seed seed = {pose_apply(&l->rt_stage_frame[frame], p->local_m),
-				    fmin(fmax(TWO_CAMERA_MIN_M, 2.5 * p->sigma_m),
-					 fmin(TWO_CAMERA_MAX_M,
-					      TWO_CAMERA_SHARE * state->labels[i].spacing_m))};
+		struct seed seed = {
+			pose_apply(&l->rt_stage_frame[frame], p->local_m),
+			fmin(fmax(TWO_CAMERA_MIN_M, 2.5 * p->sigma_m),
+			     fmin(TWO_CAMERA_MAX_M, TWO_CAMERA_SHARE * state->labels[i].spacing_m)),
+			(int16_t)i};
 		int point = match_two_cameras(matcher, &seed);
 		if (point < 0)
 			continue;

@@ -154,13 +154,14 @@ static void draw_trial(struct trial *trial, const struct random_rig *rig, struct
 static int fix_as_tracker(struct trial *trial, struct rng *rng, struct fix *fix)
 {
 	struct vec3 off = random_in_ball(rng, GUESS_OFF_M);
-	struct guess guess = {vec3_add(trial->p, off), true};
+	struct vec3 guess = vec3_add(trial->p, off);
+	struct projection at_guess[COUNT_MAX];
 
 	for (int c = 0; c < trial->count; c++) {
 		struct sighting *s = &trial->sightings[c];
+		struct projection *q = &at_guess[c];
 
-		if (!view_project(s->view, guess.p_stage_m, s->at_guess.pixel, s->at_guess.slopes))
-			guess.projected = false;
+		s->at_guess = view_project(s->view, guess, q->pixel, q->slopes) ? q : NULL;
 	}
 	return triangulate(trial->sightings, trial->count, &guess, fix);
 }

@@ -131,7 +131,8 @@ static int predict_all(const struct world *world, struct rng *rng, struct seed *
 	for (uint32_t a = 0; a < world->shape.actor_count; a++)
 		for (uint32_t k = 0; k < world->layout.marker_count; k++)
 			seeds[count++] = (struct seed){
-				vec3_add(world->truth_m[a][k], random_in_ball(rng, 0.001)), 0.002};
+				vec3_add(world->truth_m[a][k], random_in_ball(rng, 0.001)), 0.002,
+				LABEL_NONE};
 	return count;
 }
 
@@ -145,7 +146,7 @@ static void match_room(struct points_bench *bench, struct room *room)
 	static const struct world_shape shape = {24, 6, 96, {0.2, 0.4, 0.15}, 0.035, 1.5};
 	static struct world world;
 	static struct matcher matcher;
-	static struct seed seeds[WORLD_ACTOR_MAX * LABEL_MAX];
+	static struct seed seeds[SEED_MAX];
 	struct tracker_rig rig;
 	struct shot shot;
 
@@ -159,7 +160,8 @@ static void match_room(struct points_bench *bench, struct room *room)
 		struct samples *samples = cold ? &room->cold : &room->predicted;
 		double before_us = thread_us();
 		match_begin(&matcher, &rig, 0, &shot);
-		match_seeds(&matcher, seeds, count);
+		match_prepare(&matcher, &rig, seeds, count);
+		match_seeds(&matcher);
 		match_leftovers(&matcher);
 		samples->us[samples->count++] = thread_us() - before_us;
 		count_found(&world, &matcher, &room->found, &room->seen, &room->false_points);
