@@ -215,9 +215,12 @@ bool project_near(const struct matcher *m, uint32_t c, struct vec3 p, int index,
 /* Nearest free blob to each camera's sight of p, within a radius in metres at the point or in
  * pixels, whichever is larger. */
 static void choose(const struct matcher *m, int index, struct vec3 p, double radius_m,
-		   double radius_px, struct choice *out)
+		   struct choice *out)
 {
+	double gate_px = m->settings->match_gate_px;
+
 	out->count = 0;
+	out->alone = true;
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		const struct sight_index *camera = &m->cameras[c];
 		double pixel[2];
@@ -227,27 +230,22 @@ static void choose(const struct matcher *m, int index, struct vec3 p, double rad
 			continue;
 		double reach_px = radius_m * camera->pixels_per_radian /
 				  vec3_distance(p, camera->view->centre_stage_m);
-		out->blob[c] = (int16_t)sight_index_nearest(
-			camera, pixel, reach_px > radius_px ? reach_px : radius_px);
+		out->blob[c] = (int16_t)sight_index_nearest_alone(
+			camera, pixel, fmax(reach_px, gate_px), reach_px + gate_px, &out->alone);
 		out->count += out->blob[c] != BLOB_NONE;
 	}
 }
 
-/* The blobs chosen around a guess are those that would be chosen around the solution: it fits them
- * well and moved less than the radius allows. */
-static bool choice_stands(const struct matcher *m, const struct point *point, struct vec3 guess,
-			  double radius_m)
+/* The blobs chosen around a seed are those that would be chosen around the solution: it fits them
+ * all, and no other blob could come into reach. */
+static bool choice_stands(const struct matcher *m, const struct choice *choice,
+			  const struct seed *seed, const struct point *point)
 {
-	double gate_px = m->settings->match_gate_px;
-	double gate_m =
-		gate_px *
-		vec3_distance(guess,
-			      m->cameras[__builtin_ctz(point->claimed_mask)].view->centre_stage_m) /
-		m->cameras[__builtin_ctz(point->claimed_mask)].pixels_per_radian;
+	double gate_px = m->settings->match_gate_px, residual_px = point->fix.residual_px;
 
-	return point->fix.used_mask == point->claimed_mask &&
-	       point->fix.residual_px < 0.3 * gate_px &&
-	       vec3_distance(guess, point->fix.p_stage_m) + gate_m < radius_m;
+	return choice->alone && point->fix.used_mask == point->claimed_mask &&
+	       residual_px * residual_px * point->fix.used_count < gate_px * gate_px &&
+	       vec3_distance(seed->p_stage_m, point->fix.p_stage_m) < seed->radius_m;
 }
 
 /* From a seed to a confirmed point: solve, look again around the solution, solve. */
@@ -255,15 +253,14 @@ static bool point_near(const struct matcher *m, int index, struct point *out)
 {
 	const struct seed *seed = &m->seeds[index];
 	struct choice first, again;
-	double gate_px = m->settings->match_gate_px;
 
-	choose(m, index, seed->p_stage_m, seed->radius_m, gate_px, &first);
+	choose(m, index, seed->p_stage_m, seed->radius_m, &first);
 	first.guess_stage_m = seed->p_stage_m;
 	first.at_guess = &m->seen[(uint32_t)index * m->camera_count];
 	if (first.count < 3 || !point_from_choice(m, &first, out))
 		return false;
-	if (!choice_stands(m, out, seed->p_stage_m, seed->radius_m)) {
-		choose(m, index, out->fix.p_stage_m, 0, gate_px, &again);
+	if (!choice_stands(m, &first, seed, out)) {
+		choose(m, index, out->fix.p_stage_m, 0, &again);
 		again.guess_stage_m = out->fix.p_stage_m;
 		again.at_guess = NULL;
 		if (again.count < 3)

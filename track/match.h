@@ -50,9 +50,11 @@ struct sight_index {
 	uint16_t cell_start[CELL_COUNT_MAX + 1]; /* into `placed` */
 	struct placed_blob placed[BLOB_MAX];     /* cell by cell */
 	int16_t owner[BLOB_MAX];                 /* point that claimed the blob, or -1 */
-	int free_count;                          /* when the seeds were matched: */
-	int16_t free[BLOB_MAX];                  /* the blobs left over ... */
-	struct vec3 ray[BLOB_MAX];               /* ... and their rays, by blob */
+
+	/* the blobs that the seeds left over, and their rays */
+	int free_count;
+	int16_t free[BLOB_MAX];
+	float ray_x[BLOB_MAX], ray_y[BLOB_MAX], ray_z[BLOB_MAX];
 };
 
 struct matcher {

@@ -1,20 +1,32 @@
 /*
- * Blobs that no seed explains: those of every two cameras that lie in one epipolar plane, where
- * other cameras confirm their point.
+ * Blobs that no seed explains. For each one, the cameras that have a blob in its epipolar plane are
+ * found; two such cameras at least must agree with it on a point.
  */
 #include <stddef.h>
 
 #include "track/match_parts.h"
 #include "track/sight_index.h"
 
-#define PAIR_BUDGET 60000 /* epipolar pairs looked at closely in one shot */
+#define PAIR_BUDGET 60000 /* pairs of blobs looked at closely in one shot */
 #define SURE_VIEW_COUNT 4 /* such a point may claim its blobs at once */
+#define PARTNER_MAX 64    /* of one blob in one camera; the rest has other ways to be found */
+
+/* The blobs in the epipolar planes of one blob. */
+struct partners {
+	uint32_t camera_mask; /* that have any */
+	int count[CAMERA_MAX];
+	int16_t place[CAMERA_MAX][PARTNER_MAX]; /* in the camera's list of free ones */
+};
+
+static struct vec3 ray_at(const struct sight_index *camera, int place)
+{
+	return (struct vec3){camera->ray_x[place], camera->ray_y[place], camera->ray_z[place]};
+}
 
 /* The middle of the shortest line between two rays; false when they do not meet in front. */
-static bool rays_meet(const struct sight_index *a, int blob_a, const struct sight_index *b,
-		      int blob_b, struct vec3 *out)
+static bool rays_meet(const struct sight_index *a, struct vec3 da, const struct sight_index *b,
+		      struct vec3 db, struct vec3 *out)
 {
-	struct vec3 da = a->ray[blob_a], db = b->ray[blob_b];
 	struct vec3 between = vec3_sub(b->view->centre_stage_m, a->view->centre_stage_m);
 	double cosine = vec3_dot(da, db), sine2 = 1 - cosine * cosine;
 
@@ -30,45 +42,44 @@ static bool rays_meet(const struct sight_index *a, int blob_a, const struct sigh
 	return true;
 }
 
-/* Nearest free blob to p in every camera, within the gate; the pair's own two first, as most false
- * pairs fail there. False when fewer than three cameras have one. */
-static bool choose_around(const struct matcher *m, struct vec3 p, uint32_t ca, uint32_t cb,
+/* Nearest free blob to p within the gate, in the cameras of the mask. */
+static void choose_around(const struct matcher *m, struct vec3 p, uint32_t camera_mask,
 			  struct choice *out)
 {
-	double pixel[2];
-
-	out->count = 0;
-	for (uint32_t k = 0; k < m->camera_count + 2; k++) {
-		uint32_t c = k == 0 ? ca : k == 1 ? cb : k - 2;
-		const struct sight_index *camera = &m->cameras[c];
-
-		if (k >= 2 && (c == ca || c == cb))
-			continue;
-		out->blob[c] = BLOB_NONE;
-		if (camera->view && view_project(camera->view, p, pixel, NULL))
-			out->blob[c] = (int16_t)sight_index_nearest(camera, pixel,
-								    m->settings->match_gate_px);
-		out->count += out->blob[c] != BLOB_NONE;
-		if (k < 2 && out->blob[c] == BLOB_NONE)
-			return false;
-	}
 	out->guess_stage_m = p;
 	out->at_guess = NULL;
-	return out->count >= 3;
+	out->count = 0;
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		out->blob[c] = BLOB_NONE;
+	for (uint32_t left = camera_mask; left; left &= left - 1) {
+		uint32_t c = (uint32_t)__builtin_ctz(left);
+		double pixel[2];
+
+		if (view_project(m->cameras[c].view, p, pixel, NULL))
+			out->blob[c] = (int16_t)sight_index_nearest(&m->cameras[c], pixel,
+								    m->settings->match_gate_px);
+		out->count += out->blob[c] != BLOB_NONE;
+	}
 }
 
 /* A blob of camera a and one of camera b: is there a point that other cameras confirm? */
-static void try_pair(struct matcher *m, uint32_t ca, int blob_a, uint32_t cb, int blob_b)
+static void try_pair(struct matcher *m, uint32_t ca, int place_a, uint32_t cb, int place_b,
+		     uint32_t camera_mask)
 {
+	const struct sight_index *a = &m->cameras[ca], *b = &m->cameras[cb];
+	uint32_t pair_mask = 1u << ca | 1u << cb;
 	struct vec3 p;
 	struct point point;
 	struct choice choice;
 
-	if (!rays_meet(&m->cameras[ca], blob_a, &m->cameras[cb], blob_b, &p) ||
-	    !point_in_range(m, p, 1u << ca | 1u << cb) || !choose_around(m, p, ca, cb, &choice))
+	if (!rays_meet(a, ray_at(a, place_a), b, ray_at(b, place_b), &p) ||
+	    !point_in_range(m, p, pair_mask))
 		return;
-	choice.blob[ca] = (int16_t)blob_a;
-	choice.blob[cb] = (int16_t)blob_b;
+	choose_around(m, p, camera_mask & ~pair_mask, &choice);
+	if (choice.count == 0)
+		return;
+	choice.blob[ca] = a->free[place_a];
+	choice.blob[cb] = b->free[place_b];
 	if (!point_from_choice(m, &choice, &point) || !point_confirmed(m, &point, 3))
 		return;
 	if (point.fix.used_count >= SURE_VIEW_COUNT &&
@@ -78,27 +89,51 @@ static void try_pair(struct matcher *m, uint32_t ca, int blob_a, uint32_t cb, in
 		add_candidate(m, &point);
 }
 
-/* All free blobs of two cameras against each other's epipolar planes. */
-static int match_camera_pair(struct matcher *m, uint32_t ca, uint32_t cb, int budget)
+/* The free blobs of camera b in the epipolar plane of a ray of camera a. */
+static void find_partners(const struct matcher *m, uint32_t ca, struct vec3 ray, uint32_t cb,
+			  struct partners *out)
 {
-	struct sight_index *a = &m->cameras[ca], *b = &m->cameras[cb];
+	const struct sight_index *a = &m->cameras[ca], *b = &m->cameras[cb];
 	struct vec3 baseline = vec3_sub(b->view->centre_stage_m, a->view->centre_stage_m);
-	double gate_rad = m->settings->match_gate_px / a->pixels_per_radian +
-			  m->settings->match_gate_px / b->pixels_per_radian;
+	struct vec3 normal = vec3_unit(vec3_cross(baseline, ray));
+	float x = (float)normal.x, y = (float)normal.y, z = (float)normal.z;
+	float gate_rad = (float)(m->settings->match_gate_px *
+				 (1 / a->pixels_per_radian + 1 / b->pixels_per_radian));
+	float off[BLOB_MAX];
 
-	for (int i = 0; i < a->free_count; i++) {
-		int blob_a = a->free[i];
-		struct vec3 normal = vec3_unit(vec3_cross(baseline, a->ray[blob_a]));
+	for (int j = 0; j < b->free_count; j++)
+		off[j] = fabsf(x * b->ray_x[j] + y * b->ray_y[j] + z * b->ray_z[j]);
+	out->count[cb] = 0;
+	for (int j = 0; j < b->free_count && out->count[cb] < PARTNER_MAX; j++)
+		if (off[j] <= gate_rad && b->owner[b->free[j]] < 0)
+			out->place[cb][out->count[cb]++] = (int16_t)j;
+	if (out->count[cb])
+		out->camera_mask |= 1u << cb;
+}
 
-		for (int j = 0; j < b->free_count && a->owner[blob_a] < 0; j++) {
-			int blob_b = b->free[j];
+/* Pairs a free blob of camera a with its partners in the cameras behind a; those before have been
+ * paired with it already. */
+static int match_blob(struct matcher *m, uint32_t ca, int place, int budget)
+{
+	const struct sight_index *a = &m->cameras[ca];
+	struct vec3 ray = ray_at(a, place);
+	struct partners partners = {.camera_mask = 1u << ca};
 
-			if (fabs(vec3_dot(normal, b->ray[blob_b])) > gate_rad ||
-			    b->owner[blob_b] >= 0)
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		if (m->cameras[c].view && c != ca)
+			find_partners(m, ca, ray, c, &partners);
+	if (__builtin_popcount(partners.camera_mask) < 3)
+		return budget;
+	for (uint32_t b = ca + 1; b < m->camera_count; b++) {
+		bool has_any = partners.camera_mask >> b & 1;
+
+		for (int k = 0; has_any && k < partners.count[b]; k++) {
+			if (a->owner[a->free[place]] >= 0 || budget == 0)
+				return budget;
+			if (m->cameras[b].owner[m->cameras[b].free[partners.place[b][k]]] >= 0)
 				continue;
-			if (budget-- == 0)
-				return 0;
-			try_pair(m, ca, blob_a, cb, blob_b);
+			budget--;
+			try_pair(m, ca, place, b, partners.place[b][k], partners.camera_mask);
 		}
 	}
 	return budget;
@@ -110,10 +145,15 @@ void match_leftovers(struct matcher *m)
 
 	for (uint32_t c = 0; c < m->camera_count; c++)
 		if (m->cameras[c].view)
-			sight_index_free(&m->cameras[c]);
-	for (uint32_t a = 0; a < m->camera_count; a++)
-		for (uint32_t b = a + 1; b < m->camera_count && budget > 0; b++)
-			if (m->cameras[a].view && m->cameras[b].view)
-				budget = match_camera_pair(m, a, b, budget);
+			sight_index_list_free(&m->cameras[c]);
+	for (uint32_t a = 0; a < m->camera_count; a++) {
+		for (int i = 0; m->cameras[a].view && i < m->cameras[a].free_count && budget > 0;
+		     i++)
+			if (m->cameras[a].owner[m->cameras[a].free[i]] < 0)
+				budget = match_blob(m, a, i, budget);
+		for (uint32_t c = 0; c < m->camera_count; c++)
+			if (m->cameras[c].view)
+				sight_index_trim_free(&m->cameras[c]);
+	}
 	claim_candidates(m);
 }

@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <stdbool.h>
+
 #include "track/match.h"
 
 #define CANDIDATE_MAX (POINT_MAX * 4)
@@ -13,6 +15,7 @@
 struct choice {
 	struct vec3 guess_stage_m;
 	int count;
+	bool alone; /* no camera has a second blob that could be meant */
 	int16_t blob[CAMERA_MAX];
 	const struct projection *at_guess; /* by camera, where there is a blob; NULL: not made */
 };

@@ -21,23 +21,20 @@ struct pair {
 	double distance_m; /* from the seed */
 };
 
-static bool pair_point(const struct matcher *m, uint32_t ca, int blob_a, uint32_t cb, int blob_b,
-		       struct point *out)
+static bool pair_point(const struct matcher *m, const struct seed *seed, uint32_t ca, int blob_a,
+		       uint32_t cb, int blob_b, struct point *out)
 {
 	const struct sight_index *cameras[2] = {&m->cameras[ca], &m->cameras[cb]};
 	int blobs[2] = {blob_a, blob_b};
 	struct sighting sightings[2];
 
-	struct vec3 normal = vec3_cross(cameras[0]->ray[blob_a], cameras[1]->ray[blob_b]);
-	if (vec3_norm(normal) < PARALLAX_MIN)
-		return false;
 	for (int i = 0; i < 2; i++) {
 		const struct blob *b = &cameras[i]->blobs[blobs[i]];
 
 		sightings[i] = (struct sighting){
 			cameras[i]->view, {b->x_px, b->y_px}, match_sigma_px(m, b), b->flags, NULL};
 	}
-	if (triangulate(sightings, 2, NULL, &out->fix) ||
+	if (triangulate(sightings, 2, &seed->p_stage_m, &out->fix) ||
 	    out->fix.residual_px > 0.5 * m->settings->match_gate_px)
 		return false;
 	out->claimed_mask = out->fix.used_mask = 1u << ca | 1u << cb;
@@ -66,16 +63,29 @@ static void find_near(const struct matcher *m, const struct seed *seed,
 	}
 }
 
+/* The sine of the angle under which two cameras see the place. */
+static double parallax(const struct matcher *m, struct vec3 p, uint32_t ca, uint32_t cb)
+{
+	struct vec3 a = vec3_unit(vec3_sub(p, m->cameras[ca].view->centre_stage_m));
+	struct vec3 b = vec3_unit(vec3_sub(p, m->cameras[cb].view->centre_stage_m));
+
+	return vec3_norm(vec3_cross(a, b));
+}
+
 /* Keeps the nearest pair in best[0] and its nearest rival in best[1]. */
 static void weigh_cameras(const struct matcher *m, const struct seed *seed,
 			  const struct near_blobs near[CAMERA_MAX], uint32_t ca, uint32_t cb,
 			  struct pair best[2])
 {
+	if (near[ca].count == 0 || near[cb].count == 0 ||
+	    parallax(m, seed->p_stage_m, ca, cb) < PARALLAX_MIN)
+		return;
 	for (int i = 0; i < near[ca].count; i++)
 		for (int j = 0; j < near[cb].count; j++) {
 			struct pair pair;
 
-			if (!pair_point(m, ca, near[ca].blob[i], cb, near[cb].blob[j], &pair.point))
+			if (!pair_point(m, seed, ca, near[ca].blob[i], cb, near[cb].blob[j],
+					&pair.point))
 				continue;
 			pair.distance_m = vec3_distance(pair.point.fix.p_stage_m, seed->p_stage_m);
 			if (pair.distance_m < best[0].distance_m) {

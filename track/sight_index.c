@@ -62,17 +62,38 @@ void sight_index_build(struct sight_index *index, const struct view *view,
 		index->owner[i] = -1;
 }
 
-void sight_index_free(struct sight_index *index)
+void sight_index_list_free(struct sight_index *index)
 {
 	index->free_count = 0;
 	for (int i = 0; i < index->blob_count; i++) {
 		double pixel[2] = {index->blobs[i].x_px, index->blobs[i].y_px};
+		int place = index->free_count;
 
 		if (index->owner[i] >= 0)
 			continue;
-		index->ray[i] = view_ray(index->view, pixel);
-		index->free[index->free_count++] = (int16_t)i;
+		struct vec3 ray = view_ray(index->view, pixel);
+		index->free[place] = (int16_t)i;
+		index->ray_x[place] = (float)ray.x;
+		index->ray_y[place] = (float)ray.y;
+		index->ray_z[place] = (float)ray.z;
+		index->free_count++;
 	}
+}
+
+void sight_index_trim_free(struct sight_index *index)
+{
+	int kept = 0;
+
+	for (int i = 0; i < index->free_count; i++) {
+		if (index->owner[index->free[i]] >= 0)
+			continue;
+		index->free[kept] = index->free[i];
+		index->ray_x[kept] = index->ray_x[i];
+		index->ray_y[kept] = index->ray_y[i];
+		index->ray_z[kept] = index->ray_z[i];
+		kept++;
+	}
+	index->free_count = kept;
 }
 
 struct cell_range {
@@ -98,11 +119,12 @@ static double distance2(const struct placed_blob *blob, const double pixel[2])
 	return dx * dx + dy * dy;
 }
 
-int sight_index_nearest(const struct sight_index *index, const double pixel[2], double radius_px)
+int sight_index_nearest_alone(const struct sight_index *index, const double pixel[2],
+			      double radius_px, double alone_px, bool *alone)
 {
-	struct cell_range range = cells_around(index, pixel, radius_px);
-	double best2 = radius_px * radius_px;
-	int best = BLOB_NONE;
+	struct cell_range range = cells_around(index, pixel, alone_px);
+	double best2 = radius_px * radius_px, alone2 = alone_px * alone_px;
+	int best = BLOB_NONE, count = 0;
 
 	for (int row = range.row_first; row <= range.row_last; row++) {
 		int first = row * index->column_count + range.column_first;
@@ -111,13 +133,24 @@ int sight_index_nearest(const struct sight_index *index, const double pixel[2], 
 		for (int k = index->cell_start[first]; k < index->cell_start[last + 1]; k++) {
 			double d2 = distance2(&index->placed[k], pixel);
 
-			if (d2 < best2 && index->owner[index->placed[k].index] < 0) {
+			if (d2 >= alone2 || index->owner[index->placed[k].index] >= 0)
+				continue;
+			count++;
+			if (d2 < best2) {
 				best2 = d2;
 				best = index->placed[k].index;
 			}
 		}
 	}
+	*alone &= count <= 1;
 	return best;
+}
+
+int sight_index_nearest(const struct sight_index *index, const double pixel[2], double radius_px)
+{
+	bool alone = true;
+
+	return sight_index_nearest_alone(index, pixel, radius_px, radius_px, &alone);
 }
 
 int sight_index_within(const struct sight_index *index, const double pixel[2], double radius_px,
