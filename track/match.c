@@ -32,7 +32,7 @@ bool point_from_choice(const struct matcher *m, const struct choice *choice, str
 					  {b->x_px, b->y_px},
 					  match_sigma_px(m, b),
 					  b->flags,
-					  choice->at_guess ? &choice->at_guess[c] : NULL};
+					  choice->seed >= 0 ? &m->seen[c][choice->seed] : NULL};
 		camera_of[count++] = (int)c;
 	}
 	if (count < 2 || triangulate(sightings, count, &choice->guess_stage_m, &fix))
@@ -122,7 +122,7 @@ void claim(struct matcher *m, const struct point *point)
 /* Drops the views whose blob another point has taken, and solves again with the rest. */
 static bool settle(const struct matcher *m, struct point *point)
 {
-	struct choice left = {.guess_stage_m = point->fix.p_stage_m};
+	struct choice left = {.guess_stage_m = point->fix.p_stage_m, .seed = -1};
 	bool changed = false;
 
 	for (uint32_t c = 0; c < m->camera_count; c++) {
@@ -177,17 +177,14 @@ void match_prepare(struct matcher *m, const struct tracker_rig *rig, const struc
 		m->seed_of_label[i] = -1;
 	for (int i = 0; i < m->seed_count; i++) {
 		m->seeds[i] = seeds[i];
-		m->seed_in_sight[i] = 0;
+		m->seed_stage_m[i] = seeds[i].p_stage_m;
 		if (seeds[i].label != LABEL_NONE)
 			m->seed_of_label[seeds[i].label] = (int16_t)i;
 	}
 	for (uint32_t c = 0; c < m->camera_count; c++)
-		for (int i = 0; i < m->seed_count && rig->views[c]; i++) {
-			struct projection *q = &m->seen[(uint32_t)i * m->camera_count + c];
-
-			if (view_project(rig->views[c], seeds[i].p_stage_m, q->pixel, q->slopes))
-				m->seed_in_sight[i] |= 1u << c;
-		}
+		if (rig->views[c])
+			view_project_many(rig->views[c], m->seed_stage_m, m->seed_count, m->seen[c],
+					  m->in_sight[c]);
 }
 
 static void carry_on(const struct projection *q, struct vec3 d, double pixel[2])
@@ -205,64 +202,85 @@ bool project_near(const struct matcher *m, uint32_t c, struct vec3 p, int index,
 		struct vec3 d = vec3_sub(p, m->seeds[index].p_stage_m);
 
 		if (vec3_dot(d, d) < SLOPES_REACH_M * SLOPES_REACH_M) {
-			carry_on(&m->seen[(uint32_t)index * m->camera_count + c], d, pixel);
-			return m->seed_in_sight[index] >> c & 1;
+			carry_on(&m->seen[c][index], d, pixel);
+			return m->in_sight[c][index];
 		}
 	}
 	return view_project(view, p, pixel, NULL);
 }
 
-/* Nearest free blob to each camera's sight of p, within a radius in metres at the point or in
- * pixels, whichever is larger. */
-static void choose(const struct matcher *m, int index, struct vec3 p, double radius_m,
-		   struct choice *out)
+/* One camera's nearest blob to each seed, within the seed's radius or the gate, whichever is
+ * larger. */
+static void choose_for_seeds(struct matcher *m, uint32_t c)
 {
+	const struct sight_index *camera = &m->cameras[c];
 	double gate_px = m->settings->match_gate_px;
 
+	for (int i = 0; i < m->seed_count; i++) {
+		const struct seed *seed = &m->seeds[i];
+
+		m->seed_blob[c][i] = BLOB_NONE;
+		if (!camera->view || !m->in_sight[c][i])
+			continue;
+		double reach_px = seed->radius_m * camera->pixels_per_radian /
+				  vec3_distance(seed->p_stage_m, camera->view->centre_stage_m);
+		m->seed_blob[c][i] = (int16_t)sight_index_nearest_alone(
+			camera, m->seen[c][i].pixel, fmax(reach_px, gate_px), reach_px + gate_px,
+			&m->seed_alone[i]);
+	}
+}
+
+static void take_seed(const struct matcher *m, int index, struct choice *out)
+{
+	out->guess_stage_m = m->seed_stage_m[index];
+	out->seed = index;
 	out->count = 0;
-	out->alone = true;
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		out->blob[c] = m->seed_blob[c][index];
+		out->count += out->blob[c] != BLOB_NONE;
+	}
+}
+
+/* Nearest free blob to each camera's sight of p, within the gate. */
+static void choose_again(const struct matcher *m, int index, struct vec3 p, struct choice *out)
+{
+	out->guess_stage_m = p;
+	out->seed = -1;
+	out->count = 0;
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		const struct sight_index *camera = &m->cameras[c];
 		double pixel[2];
 
 		out->blob[c] = BLOB_NONE;
-		if (!camera->view || !project_near(m, c, p, index, pixel))
-			continue;
-		double reach_px = radius_m * camera->pixels_per_radian /
-				  vec3_distance(p, camera->view->centre_stage_m);
-		out->blob[c] = (int16_t)sight_index_nearest_alone(
-			camera, pixel, fmax(reach_px, gate_px), reach_px + gate_px, &out->alone);
+		if (camera->view && project_near(m, c, p, index, pixel))
+			out->blob[c] = (int16_t)sight_index_nearest(camera, pixel,
+								    m->settings->match_gate_px);
 		out->count += out->blob[c] != BLOB_NONE;
 	}
 }
 
 /* The blobs chosen around a seed are those that would be chosen around the solution: it fits them
  * all, and no other blob could come into reach. */
-static bool choice_stands(const struct matcher *m, const struct choice *choice,
-			  const struct seed *seed, const struct point *point)
+static bool choice_stands(const struct matcher *m, int index, const struct point *point)
 {
 	double gate_px = m->settings->match_gate_px, residual_px = point->fix.residual_px;
 
-	return choice->alone && point->fix.used_mask == point->claimed_mask &&
+	return m->seed_alone[index] && point->fix.used_mask == point->claimed_mask &&
 	       residual_px * residual_px * point->fix.used_count < gate_px * gate_px &&
-	       vec3_distance(seed->p_stage_m, point->fix.p_stage_m) < seed->radius_m;
+	       vec3_distance(m->seed_stage_m[index], point->fix.p_stage_m) <
+		       m->seeds[index].radius_m;
 }
 
 /* From a seed to a confirmed point: solve, look again around the solution, solve. */
 static bool point_near(const struct matcher *m, int index, struct point *out)
 {
-	const struct seed *seed = &m->seeds[index];
 	struct choice first, again;
 
-	choose(m, index, seed->p_stage_m, seed->radius_m, &first);
-	first.guess_stage_m = seed->p_stage_m;
-	first.at_guess = &m->seen[(uint32_t)index * m->camera_count];
+	take_seed(m, index, &first);
 	if (first.count < 3 || !point_from_choice(m, &first, out))
 		return false;
-	if (!choice_stands(m, &first, seed, out)) {
-		choose(m, index, out->fix.p_stage_m, 0, &again);
-		again.guess_stage_m = out->fix.p_stage_m;
-		again.at_guess = NULL;
+	if (!choice_stands(m, index, out)) {
+		choose_again(m, index, out->fix.p_stage_m, &again);
 		if (again.count < 3)
 			return false;
 		if (memcmp(first.blob, again.blob, m->camera_count * sizeof(first.blob[0])) &&
@@ -275,6 +293,10 @@ static bool point_near(const struct matcher *m, int index, struct point *out)
 
 void match_seeds(struct matcher *m)
 {
+	for (int i = 0; i < m->seed_count; i++)
+		m->seed_alone[i] = true;
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		choose_for_seeds(m, c);
 	for (int i = 0; i < m->seed_count; i++) {
 		struct point point;
 

@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "track/observe.h"
@@ -46,7 +47,8 @@ struct sight_index {
 	const struct blob *blobs;
 	int blob_count;
 	double pixels_per_radian; /* at the middle of the image */
-	int cell_px, column_count, row_count;
+	double cells_per_px;
+	int column_count, row_count;
 	uint16_t cell_start[CELL_COUNT_MAX + 1]; /* into `placed` */
 	struct placed_blob placed[BLOB_MAX];     /* cell by cell */
 	int16_t owner[BLOB_MAX];                 /* point that claimed the blob, or -1 */
@@ -68,12 +70,15 @@ struct matcher {
 	struct point candidates[POINT_MAX * 4];
 	uint16_t candidate_order[POINT_MAX * 4];
 
-	/* the seeds of the shot and what the cameras would see of them */
+	/* the seeds of the shot: what the cameras would see of them, and the blobs there */
 	int seed_count;
 	struct seed seeds[SEED_MAX];
-	uint32_t seed_in_sight[SEED_MAX];              /* bit c: camera c sees the place */
-	int16_t seed_of_label[LABEL_MAX];              /* or -1 */
-	struct projection seen[SEED_MAX * CAMERA_MAX]; /* camera_count per seed */
+	struct vec3 seed_stage_m[SEED_MAX];
+	bool seed_alone[SEED_MAX];        /* no camera has a second blob that could be meant */
+	int16_t seed_of_label[LABEL_MAX]; /* or -1 */
+	bool in_sight[CAMERA_MAX][SEED_MAX];
+	struct projection seen[CAMERA_MAX][SEED_MAX];
+	int16_t seed_blob[CAMERA_MAX][SEED_MAX];
 };
 
 void match_begin(struct matcher *matcher, const struct tracker_rig *rig, double excess_px2,

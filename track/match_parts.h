@@ -15,9 +15,8 @@
 struct choice {
 	struct vec3 guess_stage_m;
 	int count;
-	bool alone; /* no camera has a second blob that could be meant */
 	int16_t blob[CAMERA_MAX];
-	const struct projection *at_guess; /* by camera, where there is a blob; NULL: not made */
+	int seed; /* whose projections are those of the guess; -1: not made */
 };
 
 /* Solves with the chosen blobs. False when they give no point. */

@@ -12,8 +12,8 @@ static int clamp(int value, int low, int high)
 
 static int cell_of(const struct sight_index *index, double x_px, double y_px)
 {
-	int column = clamp((int)(x_px / index->cell_px), 0, index->column_count - 1);
-	int row = clamp((int)(y_px / index->cell_px), 0, index->row_count - 1);
+	int column = clamp((int)(x_px * index->cells_per_px), 0, index->column_count - 1);
+	int row = clamp((int)(y_px * index->cells_per_px), 0, index->row_count - 1);
 
 	return row * index->column_count + column;
 }
@@ -54,9 +54,11 @@ void sight_index_build(struct sight_index *index, const struct view *view,
 	index->blobs = set->blobs;
 	index->blob_count = (int)set->blob_count;
 	index->pixels_per_radian = pixels_per_radian(view);
-	index->cell_px = longest / CELLS_ACROSS_MAX + 1;
-	index->column_count = clamp(view->width_px / index->cell_px + 1, 1, CELLS_ACROSS_MAX);
-	index->row_count = clamp(view->height_px / index->cell_px + 1, 1, CELLS_ACROSS_MAX);
+	int cell_px = longest / CELLS_ACROSS_MAX + 1;
+
+	index->cells_per_px = 1.0 / cell_px;
+	index->column_count = clamp(view->width_px / cell_px + 1, 1, CELLS_ACROSS_MAX);
+	index->row_count = clamp(view->height_px / cell_px + 1, 1, CELLS_ACROSS_MAX);
 	sort_into_cells(index);
 	for (int i = 0; i < index->blob_count; i++)
 		index->owner[i] = -1;
@@ -103,13 +105,13 @@ struct cell_range {
 static struct cell_range cells_around(const struct sight_index *index, const double pixel[2],
 				      double radius_px)
 {
-	double size = index->cell_px;
+	double scale = index->cells_per_px;
 
 	return (struct cell_range){
-		clamp((int)((pixel[0] - radius_px) / size), 0, index->column_count - 1),
-		clamp((int)((pixel[0] + radius_px) / size), 0, index->column_count - 1),
-		clamp((int)((pixel[1] - radius_px) / size), 0, index->row_count - 1),
-		clamp((int)((pixel[1] + radius_px) / size), 0, index->row_count - 1)};
+		clamp((int)((pixel[0] - radius_px) * scale), 0, index->column_count - 1),
+		clamp((int)((pixel[0] + radius_px) * scale), 0, index->column_count - 1),
+		clamp((int)((pixel[1] - radius_px) * scale), 0, index->row_count - 1),
+		clamp((int)((pixel[1] + radius_px) * scale), 0, index->row_count - 1)};
 }
 
 static double distance2(const struct placed_blob *blob, const double pixel[2])

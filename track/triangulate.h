@@ -13,12 +13,6 @@
 #include "track/observe.h"
 #include "track/view.h"
 
-/* Where a view sees a point of space, and the derivative of that, 1/m. */
-struct projection {
-	double pixel[2];
-	double slopes[2][3];
-};
-
 /* One camera's sight of the point. */
 struct sighting {
 	const struct view *view;

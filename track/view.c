@@ -29,49 +29,92 @@ static bool near_image(const struct view *view, const double pixel[2])
 	       pixel[1] >= -margin && pixel[1] <= view->height_px - 1 + margin;
 }
 
-/* d u / d p of u = 2 (x, y) / (z + |p|), with s = z + |p|. */
-static void plane_gradient(struct vec3 p, double norm, double s, double du_dp[2][3])
-{
-	double a = 2.0 / s, b = a / (s * norm);
+/* A point on its way through the projection, camera coordinates. */
+struct passage {
+	double x, y, z, norm;
+	double s; /* z + norm */
+	double a; /* 2 / s */
+};
 
-	du_dp[0][0] = a - b * p.x * p.x;
-	du_dp[0][1] = -b * p.x * p.y;
-	du_dp[0][2] = -b * p.x * s;
-	du_dp[1][0] = -b * p.x * p.y;
-	du_dp[1][1] = a - b * p.y * p.y;
-	du_dp[1][2] = -b * p.y * s;
+static inline struct passage enter(const struct pose *rt_cam_stage, struct vec3 p_stage_m)
+{
+	struct vec3 p = pose_apply(rt_cam_stage, p_stage_m);
+	double norm = vec3_norm(p), s = p.z + norm;
+
+	return (struct passage){p.x, p.y, p.z, norm, s, 2 / s};
 }
 
-static void chain_gradients(const double dq_du[2][2], const double du_dp[2][3],
-			    const double r[3][3], double dq_dp[2][3])
+/* Not straight behind, not at the centre, and a number. */
+static inline bool is_seen(const struct passage *p)
 {
+	return p->s > 1e-6 * p->norm;
+}
+
+/* d q / d p by way of u = 2 (x, y) / s. */
+static inline void chain_slopes(const struct passage *p, const double dq_du[2][2],
+				const double r[3][3], double dq_dp[2][3])
+{
+	double b = p->a / (p->s * p->norm);
+
 	for (int i = 0; i < 2; i++) {
-		double c[3]; /* by the point in camera coordinates */
+		double along = b * (dq_du[i][0] * p->x + dq_du[i][1] * p->y);
+		/* by the point in camera coordinates */
+		double cx = dq_du[i][0] * p->a - along * p->x;
+		double cy = dq_du[i][1] * p->a - along * p->y;
+		double cz = -along * p->s;
 
 		for (int j = 0; j < 3; j++)
-			c[j] = dq_du[i][0] * du_dp[0][j] + dq_du[i][1] * du_dp[1][j];
-		for (int j = 0; j < 3; j++)
-			dq_dp[i][j] = c[0] * r[0][j] + c[1] * r[1][j] + c[2] * r[2][j];
+			dq_dp[i][j] = cx * r[0][j] + cy * r[1][j] + cz * r[2][j];
 	}
 }
 
 bool view_project(const struct view *view, struct vec3 p_stage_m, double pixel[2],
 		  double dq_dp[2][3])
 {
-	struct vec3 p = pose_apply(&view->rt_cam_stage, p_stage_m);
-	double norm = vec3_norm(p), s = p.z + norm;
-	double q[2], dq_du[2][2], du_dp[2][3];
+	struct passage p = enter(&view->rt_cam_stage, p_stage_m);
+	double q[2], dq_du[2][2];
 
-	if (!(s > 1e-6 * norm)) /* straight behind, at the centre, or not a number */
+	if (!is_seen(&p))
 		return false;
-	lens_grid_at(&view->plane_to_pixel, 2 * p.x / s, 2 * p.y / s, q, dq_dp ? dq_du : NULL);
+	lens_grid_at(&view->plane_to_pixel, p.x * p.a, p.y * p.a, q, dq_dp ? dq_du : NULL);
 	if (!near_image(view, q))
 		return false;
 	pixel[0] = q[0];
 	pixel[1] = q[1];
-	if (dq_dp) {
-		plane_gradient(p, norm, s, du_dp);
-		chain_gradients(dq_du, du_dp, view->rt_cam_stage.r, dq_dp);
-	}
+	if (dq_dp)
+		chain_slopes(&p, dq_du, view->rt_cam_stage.r, dq_dp);
 	return true;
+}
+
+#define CHUNK 16
+
+/* What waits for a square root or a quotient is done for many points in turn, so that none waits
+ * for the other. */
+static void project_chunk(const struct view *view, const struct vec3 *p_stage_m, int count,
+			  struct projection *out, bool *in_sight)
+{
+	struct passage p[CHUNK];
+	double dq_du[CHUNK][2][2];
+
+	for (int i = 0; i < count; i++)
+		p[i] = enter(&view->rt_cam_stage, p_stage_m[i]);
+	for (int i = 0; i < count; i++) {
+		in_sight[i] = is_seen(&p[i]);
+		if (!in_sight[i])
+			continue;
+		lens_grid_at(&view->plane_to_pixel, p[i].x * p[i].a, p[i].y * p[i].a, out[i].pixel,
+			     dq_du[i]);
+		in_sight[i] = near_image(view, out[i].pixel);
+	}
+	for (int i = 0; i < count; i++)
+		if (in_sight[i])
+			chain_slopes(&p[i], dq_du[i], view->rt_cam_stage.r, out[i].slopes);
+}
+
+void view_project_many(const struct view *view, const struct vec3 *p_stage_m, int count,
+		       struct projection *out, bool *in_sight)
+{
+	for (int i = 0; i < count; i += CHUNK)
+		project_chunk(view, p_stage_m + i, count - i < CHUNK ? count - i : CHUNK, out + i,
+			      in_sight + i);
 }

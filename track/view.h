@@ -13,6 +13,12 @@
 #include "base/geometry.h"
 #include "track/lens_grid.h"
 
+/* Where a view sees a point of space, and the derivative of that, 1/m. */
+struct projection {
+	double pixel[2];
+	double slopes[2][3];
+};
+
 struct view {
 	int width_px, height_px;
 	struct pose rt_cam_stage;
@@ -56,6 +62,11 @@ static inline double view_margin_px(const struct view *view)
  * by the stage point, 1/m. */
 bool view_project(const struct view *view, struct vec3 p_stage_m, double pixel[2],
 		  double dq_dp[2][3]);
+
+/* The same for many points at once, with slopes: in_sight[i] is what view_project() returns, out[i]
+ * is valid where that is true. The same bits as one by one. */
+void view_project_many(const struct view *view, const struct vec3 *p_stage_m, int count,
+		       struct projection *out, bool *in_sight);
 
 /* Unit vector of the ray through a pixel, stage axes; it starts at centre_stage_m. */
 struct vec3 view_ray(const struct view *view, const double pixel[2]);
