@@ -24,6 +24,8 @@ static const struct verb verbs[] = {
 	{"sim list", "", "Lists the scenes of the simulator", verb_sim_list},
 	{"sim play", "SCENE", "Tracks a simulated scene and scores it against its truth",
 	 verb_sim_play},
+	{"sim preview", "SCENE", "Draws what all cameras of a scene see, with the truth",
+	 verb_sim_preview},
 	{"sim record", "DIR", "Writes a simulated recording with its truth", verb_sim_record},
 };
 

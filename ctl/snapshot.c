@@ -70,6 +70,13 @@ static int copy_frame(struct snapshot *out, const struct frame *frame)
 	return frame->format == PIXEL_GREY8 ? find_blobs(out, frame) : 0;
 }
 
+int snapshot_from_frame(struct snapshot *out, const char *camera, const struct frame *frame)
+{
+	memset(out, 0, sizeof(*out));
+	snprintf(out->camera, sizeof(out->camera), "%s", camera);
+	return copy_frame(out, frame);
+}
+
 static int grab(struct snapshot *out, const struct camera_driver *driver, struct camera *camera,
 		struct diag *diag)
 {

@@ -27,6 +27,8 @@ struct snapshot {
 bool snapshot_is_address(const char *camera);
 int snapshot_from_address(struct snapshot *out, const char *address);
 int snapshot_from_station(struct snapshot *out, const char *socket_dir, const char *name);
+/* Copies a frame and finds the spots of a grey one. Returns 0 or a negative errno. */
+int snapshot_from_frame(struct snapshot *out, const char *camera, const struct frame *frame);
 void snapshot_finish(struct snapshot *snapshot); /* a zeroed one is fine */
 
 /* Writes a PNG in which every blob is circled. Returns 0 or a negative errno. */

@@ -24,4 +24,5 @@ int verb_config_check(const struct verb *verb, int argc, char **argv);
 int verb_process(const struct verb *verb, int argc, char **argv);
 int verb_sim_list(const struct verb *verb, int argc, char **argv);
 int verb_sim_play(const struct verb *verb, int argc, char **argv);
+int verb_sim_preview(const struct verb *verb, int argc, char **argv);
 int verb_sim_record(const struct verb *verb, int argc, char **argv);
