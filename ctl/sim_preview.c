@@ -18,6 +18,7 @@
 #include "sim/sights.h"
 
 #define LEGEND_MAX 24
+#define BOARD_GROUP 3 /* a colour that neither paper nor ink has */
 
 struct preview {
 	struct sim_scene *scene;
@@ -79,7 +80,8 @@ static void mark_board(struct preview *preview, uint32_t c, struct sheet_tile *t
 
 		if (!corner->seen)
 			continue;
-		sheet_add_mark(tile, SHEET_CROSS, corner->pixel[0], corner->pixel[1])->group = 0;
+		sheet_add_mark(tile, SHEET_CROSS, corner->pixel[0], corner->pixel[1])->group =
+			BOARD_GROUP;
 		seen++;
 	}
 	snprintf(tile->caption, sizeof(tile->caption), "%s   %u of %u corners in sight",
@@ -160,7 +162,7 @@ static int write_sheet(const struct preview *preview, const struct sim_options *
 	struct sheet_legend legend[LEGEND_MAX];
 	bool board = sim_scene_board_sights(preview->scene, 0, preview->shot,
 					    ((struct preview *)preview)->corners) > 0;
-	struct sheet sheet = {.whole = whole,
+	struct sheet sheet = {.whole = whole || board,
 			      .tile_count = preview->camera_count,
 			      .tiles = preview->tiles,
 			      .legend = legend};
