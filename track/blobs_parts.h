@@ -32,9 +32,9 @@ struct feed {
 	const uint8_t *next, *end; /* bytes not yet asked for */
 };
 
-#define FEED_BYTES 192 /* a portion: three cache lines; with more the processor waits for them */
+#define FEED_BYTES 192
 #define LINE_BYTES 64
-#define FEED_ROWS 12
+#define FEED_ROWS 40
 
 static inline void feed_on(struct feed *feed)
 {
