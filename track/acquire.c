@@ -1,5 +1,5 @@
 /*
- * Triangle search for a head. Pairs of points are sorted by distance once, so that a side of the
+ * Triangle search for heads. Pairs of points are sorted by distance once, so that a side of the
  * layout's triangle finds its candidates at once.
  */
 #include "track/acquire.h"
@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "track/head.h"
-#include "track/rigid.h"
 
 #define RIGID_SLACK_M 0.002 /* of a distance between rigid markers: how well a jig is measured */
 #define SKIN_SLACK_M 0.004  /* ... and between skin markers: expressions */
@@ -17,12 +16,14 @@
 #define BASE_MIN_M 0.04 /* sides of a useful triangle */
 #define AREA_MIN_M2 2e-4
 #define TRIANGLES_PER_SHOT 40
-#define POSES_PER_SHOT 4000
+#define POSES_PER_SHOT 2000
 #define FOUND_MIN 6      /* markers on points, at least ... */
 #define FOUND_SHARE 0.6  /* ... and of all markers or points there, whichever is fewer */
 #define RIVAL_SHARE 0.85 /* another pose that finds this share as many makes it ambiguous */
 #define SAME_POSE_M 0.01
-#define FEW 15 /* so many markers are tried first */
+#define SAME_PLACE_M 0.15
+#define FEW 15 /* so many markers are tried first; fewer than the next are plainly wrong */
+#define AGREE_MIN 4
 
 struct triangle {
 	int marker[3];
@@ -35,13 +36,18 @@ struct shape {
 	struct vec3 place_m[LABEL_MAX]; /* the rigid ones first */
 };
 
+/* Where a face seems to be. */
+struct place {
+	int best_found, rival_found;
+	struct pose best;
+};
+
 struct search {
 	const struct acquire_scratch *scratch;
 	struct shape shape;
 	int poses_left;
-	bool has_best;
-	int best_found, rival_found;
-	struct pose best;
+	int place_count;
+	struct place places[ACQUIRE_PLACE_MAX];
 };
 
 static void add_kind(struct shape *shape, const struct tracker_state *state, int frame, bool rigid)
@@ -113,42 +119,63 @@ static int count_found(const struct search *search, const struct pose *pose)
 
 		found += nearby_nearest(&search->scratch->free, pose_apply(pose, shape->place_m[i]),
 					near_m, &distance2_m2) >= 0;
-		if (i == FEW && found < 3)
+		if (i == FEW && found < AGREE_MIN)
 			return 0;
 	}
 	return found;
 }
 
+static void weigh_at(struct place *place, const struct pose *pose, int found)
+{
+	bool same = head_distance_m(pose, &place->best) < SAME_POSE_M;
+
+	if (found > place->best_found) {
+		if (!same)
+			place->rival_found = place->best_found;
+		place->best_found = found;
+		place->best = *pose;
+	} else if (!same && found > place->rival_found) {
+		place->rival_found = found;
+	}
+}
+
 static void weigh_pose(struct search *search, const struct pose *pose)
 {
-	int found = count_found(search, pose);
-	bool same = search->has_best && head_distance_m(pose, &search->best) < SAME_POSE_M;
+	int found = count_found(search, pose), k = 0;
 
-	if (found > search->best_found) {
-		if (search->has_best && !same)
-			search->rival_found = search->best_found;
-		search->best_found = found;
-		search->best = *pose;
-		search->has_best = true;
-	} else if (!same && found > search->rival_found) {
-		search->rival_found = found;
-	}
+	if (found < AGREE_MIN)
+		return;
+	while (k < search->place_count &&
+	       vec3_distance(pose->t, search->places[k].best.t) > SAME_PLACE_M)
+		k++;
+	if (k < search->place_count)
+		weigh_at(&search->places[k], pose, found);
+	else if (k < ACQUIRE_PLACE_MAX)
+		search->places[search->place_count++] = (struct place){found, 0, *pose};
+}
+
+/* Axes along the first side and across the triangle. */
+static struct pose triangle_axes(struct vec3 p0, struct vec3 p1, struct vec3 p2)
+{
+	struct vec3 x = vec3_unit(vec3_sub(p1, p0));
+	struct vec3 z = vec3_unit(vec3_cross(x, vec3_sub(p2, p0)));
+	struct vec3 y = vec3_cross(z, x);
+
+	return (struct pose){{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}, p0};
 }
 
 static void try_points(struct search *search, const struct triangle *triangle, int p0, int p1,
 		       int p2)
 {
 	const struct vec3 *points = search->scratch->free.p_stage_m;
-	int chosen[3] = {p0, p1, p2};
-	struct rigid_pair pairs[3];
-	struct pose pose;
+	const struct vec3 *places = search->shape.place_m;
+	const int *marker = triangle->marker;
+	struct pose to = triangle_axes(points[p0], points[p1], points[p2]);
+	struct pose from = triangle_axes(places[marker[0]], places[marker[1]], places[marker[2]]);
+	struct pose back = pose_inverse(&from), pose = pose_compose(&to, &back);
 
-	for (int i = 0; i < 3; i++)
-		pairs[i] = (struct rigid_pair){search->shape.place_m[triangle->marker[i]],
-					       points[chosen[i]], 1};
 	search->poses_left--;
-	if (!rigid_fit(pairs, 3, &pose))
-		weigh_pose(search, &pose);
+	weigh_pose(search, &pose);
 }
 
 static double side_m(const struct shape *shape, int a, int b)
@@ -203,17 +230,21 @@ static bool wide_enough(const struct shape *shape, const int marker[3])
 	       0.5 * vec3_norm(vec3_cross(ab, ac)) > AREA_MIN_M2;
 }
 
-/* All triangles of the rigid markers. */
-static void try_rigid(struct search *search)
+/* All triangles of the rigid markers, first with one and in the next shot with another. */
+static void try_rigid(struct search *search, uint32_t first)
 {
 	int count = search->shape.rigid_count, tried = 0;
 
-	for (int a = 0; a < count; a++)
-		for (int b = a + 1; b < count; b++)
+	for (int turn = 0; turn < count; turn++)
+		for (int b = 1; b < count; b++)
 			for (int c = b + 1; c < count && tried < TRIANGLES_PER_SHOT; c++) {
-				struct triangle triangle = {{a, b, c}, RIGID_SLACK_M};
+				int a = (int)((first + (uint32_t)turn) % (uint32_t)count);
+				struct triangle triangle = {{a, (a + b) % count, (a + c) % count},
+							    RIGID_SLACK_M};
 
-				if (!wide_enough(&search->shape, triangle.marker))
+				/* each triangle once: its lowest corner leads */
+				if (triangle.marker[1] < a || triangle.marker[2] < a ||
+				    !wide_enough(&search->shape, triangle.marker))
 					continue;
 				try_triangle(search, &triangle);
 				tried++;
@@ -238,7 +269,7 @@ static void try_skin(struct search *search, uint32_t *cursor)
 }
 
 /* Points where the head would be: within the reach of its markers from their middle. */
-static int count_there(const struct search *search)
+static int count_there(const struct search *search, const struct pose *pose)
 {
 	const struct shape *shape = &search->shape;
 	const struct nearby *n = &search->scratch->free;
@@ -251,41 +282,48 @@ static int count_there(const struct search *search)
 	struct vec3 middle_m = vec3_scale(sum_m, 1.0 / shape->count);
 	for (int i = 0; i < shape->count; i++)
 		reach_m = fmax(reach_m, vec3_distance(middle_m, shape->place_m[i]));
-	middle_m = pose_apply(&search->best, middle_m);
+	middle_m = pose_apply(pose, middle_m);
 	for (int k = 0; k < n->count; k++)
 		count += vec3_distance(n->p_stage_m[k], middle_m) < reach_m;
 	return count;
 }
 
-static bool convincing(const struct search *search)
+static bool convincing(const struct search *search, const struct place *place)
 {
 	int markers = search->shape.count;
 	int least = markers < FOUND_MIN ? markers : FOUND_MIN;
 
-	if (!search->has_best || search->best_found < least ||
-	    search->rival_found > RIVAL_SHARE * search->best_found)
+	if (place->best_found < least || place->rival_found > RIVAL_SHARE * place->best_found)
 		return false;
-	int there = count_there(search);
-	return search->best_found >= FOUND_SHARE * (there < markers ? there : markers);
+	int there = count_there(search, &place->best);
+	return place->best_found >= FOUND_SHARE * (there < markers ? there : markers);
 }
 
-bool acquire_head(struct acquire_scratch *scratch, struct tracker_state *state, int frame,
-		  struct pose *rt_stage_head)
+static int collect(const struct search *search, struct pose rt_stage_head[ACQUIRE_PLACE_MAX])
+{
+	int count = 0;
+
+	for (int k = 0; k < search->place_count; k++)
+		if (convincing(search, &search->places[k]))
+			rt_stage_head[count++] = search->places[k].best;
+	return count;
+}
+
+int acquire_heads(const struct acquire_scratch *scratch, struct tracker_state *state, int frame,
+		  struct pose rt_stage_head[ACQUIRE_PLACE_MAX])
 {
 	struct search search = {.scratch = scratch, .poses_left = POSES_PER_SHOT};
+	uint32_t *cursor = &state->frames[frame].acquire_cursor;
 
-	if (scratch->free.count < 4)
-		return false;
 	add_kind(&search.shape, state, frame, true);
 	search.shape.rigid_count = search.shape.count;
 	add_kind(&search.shape, state, frame, false);
-	if (search.shape.count < 3)
-		return false;
-	try_rigid(&search);
-	if (!convincing(&search))
-		try_skin(&search, &state->frames[frame].acquire_cursor);
-	if (!convincing(&search))
-		return false;
-	*rt_stage_head = search.best;
-	return true;
+	if (scratch->free.count < 4 || search.shape.count < 3)
+		return 0;
+	try_rigid(&search, *cursor);
+	int count = collect(&search, rt_stage_head);
+	if (count > 0)
+		return count;
+	try_skin(&search, cursor);
+	return collect(&search, rt_stage_head);
 }

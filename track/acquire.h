@@ -1,8 +1,9 @@
 /*
- * Finds a head from nothing: three rigid markers of the layout against every triangle of points
- * with the same sides, the pose checked by how many markers then lie on points and how many points
- * there are explained. Where too few markers are rigid, wide triangles of skin markers are tried,
- * some each shot. Pure, deterministic, bounded per shot.
+ * Finds heads from nothing: three rigid markers of the layout against every triangle of points with
+ * the same sides, the pose checked by how many markers then lie on points and how many points there
+ * are explained. Where too few markers are rigid, wide triangles of skin markers are tried, some
+ * each shot. Faces are alike: what is found may be another actor's. Pure, deterministic, bounded
+ * per shot.
  */
 #pragma once
 
@@ -30,7 +31,10 @@ struct acquire_scratch {
 void acquire_begin(struct acquire_scratch *scratch, const struct point *points,
 		   uint32_t point_count, const bool *taken);
 
-/* The frame is a head; its cursor says where the search goes on in the next shot. Returns true with
- * the pose when one fits and no other fits nearly as well. */
-bool acquire_head(struct acquire_scratch *scratch, struct tracker_state *state, int frame,
-		  struct pose *rt_stage_head);
+#define ACQUIRE_PLACE_MAX 8 /* faces among the free points */
+
+/* Where something like the frame's head is, others' heads among it: the best pose at each place
+ * when no other there does nearly as well. The frame's cursor says where the search goes on in the
+ * next shot. Returns how many. */
+int acquire_heads(const struct acquire_scratch *scratch, struct tracker_state *state, int frame,
+		  struct pose rt_stage_head[ACQUIRE_PLACE_MAX]);

@@ -11,11 +11,11 @@
 #define HEAD_GAP_S 0.05 /* after a gap as long a head must be found, not followed */
 #define DOUBT_EVERY_SHOTS 10
 #define DOUBT_M 0.006
-#define EXPLAINED_M 0.006   /* a point this near to where a marker is expected is explained */
-#define SEARCHES_PER_SHOT 2 /* for lost heads */
-#define FIT_REACH_M 0.008   /* a point farther than this from a marker is not it */
-#define FIT_MARGIN 12.0     /* how much better one actor must fit than the others ... */
-#define FIT_SHARE 0.05      /* ... and this share of it */
+#define DOUBT_REACH_M 0.15
+#define EXPLAINED_M 0.006 /* a point this near to where a marker is expected is explained */
+#define FIT_REACH_M 0.008 /* a point farther than this from a marker is not it */
+#define FIT_MARGIN 12.0   /* how much better one actor must fit than the others ... */
+#define FIT_SHARE 0.05    /* ... and this share of it */
 
 /* How far a marker usually is from where its layout has it, by enum label_kind. */
 static const double FIT_SCALE_M[] = {0.0015, 0.0005, 0.003};
@@ -104,43 +104,37 @@ static bool choose_actor(const struct tracker_state *state, const struct labelli
 	return best->fit > second + FIT_MARGIN + FIT_SHARE * best->fit;
 }
 
-static void search_head(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
-			int frame)
+/* Looks with one actor's layout for all the faces that are free. */
+static void search_heads(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
+			 int frame)
 {
-	struct candidate best;
-	struct pose pose;
+	struct pose places[ACQUIRE_PLACE_MAX];
+	int count = acquire_heads(&crowd->acquire, state, frame, places);
 
-	if (!acquire_head(&crowd->acquire, state, frame, &pose) ||
-	    !choose_actor(state, l, &crowd->acquire.free, &pose, &best))
-		return;
-	l->found[best.frame] = true;
-	l->rt_stage_frame[best.frame] = best.pose;
-	take_points(crowd, state, l, best.frame);
-	crowd->acquire_ready = false; /* fewer points are free now */
+	for (int k = 0; k < count; k++) {
+		struct candidate best;
+
+		if (!choose_actor(state, l, &crowd->acquire.free, &places[k], &best))
+			continue;
+		l->found[best.frame] = true;
+		l->rt_stage_frame[best.frame] = best.pose;
+		take_points(crowd, state, l, best.frame);
+	}
 }
 
-static void make_ready(struct crowd *crowd, const struct point *points, uint32_t point_count)
-{
-	if (!crowd->acquire_ready)
-		acquire_begin(&crowd->acquire, points, point_count, crowd->taken);
-	crowd->acquire_ready = true;
-}
-
+/* One actor's layout in each shot: what it finds may be another's. */
 static void search_lost(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
 			const struct point *points, uint32_t point_count)
 {
-	int searches = 0;
-
-	for (uint32_t tried = 0; tried < state->actor_count && searches < SEARCHES_PER_SHOT;
-	     tried++) {
+	for (uint32_t tried = 0; tried < state->actor_count; tried++) {
 		uint32_t a = state->acquire_turn % state->actor_count;
 
 		state->acquire_turn = a + 1;
 		if (l->found[a])
 			continue;
-		make_ready(crowd, points, point_count);
-		search_head(crowd, state, l, (int)a);
-		searches++;
+		acquire_begin(&crowd->acquire, points, point_count, crowd->taken);
+		search_heads(crowd, state, l, (int)a);
+		return;
 	}
 }
 
@@ -148,9 +142,23 @@ void crowd_find(struct crowd *crowd, struct tracker_state *state, struct labelli
 		const struct point *points, uint32_t point_count, int64_t now_ns)
 {
 	memset(crowd->taken, 0, sizeof(crowd->taken));
-	crowd->acquire_ready = false;
 	follow_heads(crowd, state, l, now_ns);
 	search_lost(crowd, state, l, points, point_count);
+}
+
+/* Is there a better pose for the head at this place? Its own points are free for the moment, those
+ * of the others are not. */
+static bool sits_better_elsewhere(struct crowd *crowd, struct tracker_state *state,
+				  const struct labelling *l, int frame, const struct pose *measured)
+{
+	struct pose places[ACQUIRE_PLACE_MAX];
+	int count = acquire_heads(&crowd->acquire, state, frame, places);
+
+	for (int k = 0; k < count; k++)
+		if (vec3_distance(places[k].t, measured->t) < DOUBT_REACH_M &&
+		    head_refine(state, frame, &l->motion, &crowd->acquire.free, &places[k]))
+			return head_distance_m(&places[k], measured) > DOUBT_M;
+	return false;
 }
 
 bool crowd_doubt(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
@@ -158,7 +166,6 @@ bool crowd_doubt(struct crowd *crowd, struct tracker_state *state, struct labell
 		 const struct head *measured)
 {
 	struct frame_state *f = &state->frames[frame];
-	struct pose other;
 
 	if (measured->rigid_count >= 3) {
 		f->unheld_count = 0;
@@ -166,13 +173,10 @@ bool crowd_doubt(struct crowd *crowd, struct tracker_state *state, struct labell
 	}
 	if (++f->unheld_count % DOUBT_EVERY_SHOTS != 0)
 		return true;
-	/* its own points are free for the moment, the others' are not */
 	memset(crowd->taken, 0, sizeof(crowd->taken));
 	for (uint32_t a = 0; a < state->actor_count; a++)
 		if (l->found[a] && (int)a != frame)
 			take_points(crowd, state, l, (int)a);
 	acquire_begin(&crowd->acquire, points, point_count, crowd->taken);
-	return !acquire_head(&crowd->acquire, state, frame, &other) ||
-	       !head_refine(state, frame, &l->motion, &crowd->acquire.free, &other) ||
-	       head_distance_m(&other, &measured->rt_stage_head) <= DOUBT_M;
+	return !sits_better_elsewhere(crowd, state, l, frame, &measured->rt_stage_head);
 }

@@ -13,7 +13,6 @@
 
 struct crowd {
 	struct acquire_scratch acquire;
-	bool acquire_ready; /* acquire_begin() was called in this shot */
 	bool taken[POINT_MAX];
 };
 
