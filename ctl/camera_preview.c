@@ -1,5 +1,6 @@
 /*
- * stagectl camera preview: one image to look at, with the spots found in it circled.
+ * stagectl camera preview: one image to look at, with the spots found in it circled; or all cameras
+ * of the station on one sheet.
  */
 #include <jansson.h>
 #include <stdio.h>
@@ -8,7 +9,10 @@
 
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
+#include "ctl/camera_sheet.h"
 #include "ctl/snapshot.h"
+
+#define ALL_CAMERAS "all"
 
 /* "sim:ir3" -> "sim_ir3.png" */
 static void default_path(char *path, size_t size, const char *camera)
@@ -40,11 +44,13 @@ int verb_camera_preview(const struct verb *verb, int argc, char **argv)
 {
 	const char *camera, *output = NULL, *socket_dir = DEFAULT_SOCKET_DIR;
 	char path[300];
-	bool json = false;
+	bool whole = false, json = false;
 	const struct argument arguments[] = {
 		{"output", "FILE.png", "write here (default: the camera's name)", .text = &output},
 		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
 		 .text = &socket_dir},
+		{"whole", NULL, "of all: whole images (default: the part with the markers)",
+		 .flag = &whole},
 		{"json", NULL, "print one JSON object", .flag = &json},
 		{0},
 	};
@@ -52,6 +58,9 @@ int verb_camera_preview(const struct verb *verb, int argc, char **argv)
 
 	if (parsed != ARGUMENTS_OK)
 		return arguments_exit_code(parsed);
+	if (strcmp(camera, ALL_CAMERAS) == 0)
+		return camera_sheet(&(struct camera_sheet_options){
+			socket_dir, output ? output : "cameras.png", whole, json});
 	struct snapshot *snapshot = calloc(1, sizeof(*snapshot));
 	if (!snapshot)
 		return EXIT_CODE_INTERNAL;

@@ -15,7 +15,7 @@ static const struct verb verbs[] = {
 	 verb_rig_reload},
 	{"camera list", "", "Lists the cameras that can be seen now", verb_camera_list},
 	{"camera show", "NAME|ADDRESS", "Says what a camera is and does", verb_camera_show},
-	{"camera preview", "NAME|ADDRESS", "Saves one image, with the spots found in it circled",
+	{"camera preview", "NAME|ADDRESS|all", "Saves an image, with spots and names",
 	 verb_camera_preview},
 	{"stream tap", "", "Subscribes to the running station and prints every shot",
 	 verb_stream_tap},

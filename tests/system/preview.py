@@ -60,3 +60,47 @@ def test_a_sheet_that_cannot_be_written_is_named(tmp_path):
     path = tmp_path / "no-such-directory" / "a.png"
     done = ctl("sim", "preview", "rest", "--output", path)
     assert done.returncode == 1 and str(path) in done.stderr and "No such file" in done.stderr
+
+
+@pytest.fixture(scope="module")
+def live(tmp_path_factory):
+    """A station on four IR cameras and one HD camera."""
+    place = tmp_path_factory.mktemp("live") / "stage"
+    done = ctl("sim", "record", place, "--seconds", "0.1", "--hd", "1", "--seed", "3")
+    assert done.returncode == 0, done.stderr
+    text = (place / "stage.yaml").read_text().replace("files:", "sim:")
+    config = place / "sim.yaml"
+    config.write_text(text.replace("trigger: free", "trigger: sim") +
+                      "sim: {scene: talking, seed: 3}\n")
+    station = Station(config, place / "sockets").wait_running()
+    station.config = config
+    yield station
+    station.end()
+
+
+def test_sheet_of_a_station_has_all_its_cameras_and_names_its_markers(live, tmp_path):
+    image = tmp_path / "all.png"
+    done = live.ctl("camera", "preview", "all", "--output", image)
+    assert done.returncode == 0 and not done.stderr, done.stderr
+    read_png(image)
+    rows = re.findall(r"^(ir\d)   shot \d+: \d+ spots; (\d+) of (\d+) markers", done.stdout, re.M)
+    assert [row[0] for row in rows] == ["ir0", "ir1", "ir2", "ir3"]
+    for _, found, markers in rows:
+        assert int(markers) > 30 and int(found) >= 0.9 * int(markers)
+    assert re.search(r"^hd0$", done.stdout, re.M)
+
+
+def test_without_its_config_the_sheet_has_spots_alone(live, tmp_path):
+    config = live.config
+    moved = config.with_name("moved.yaml")
+    config.rename(moved)
+    done = live.ctl("camera", "preview", "all", "--output", tmp_path / "all.png", "--json")
+    moved.rename(config)
+    assert done.returncode == 0 and "no names" in done.stderr and config.name in done.stderr
+    cameras = json.loads(done.stdout)["cameras"]
+    assert len(cameras) == 5 and all(re.match(r"ir\d   \d+ spots$", one) for one in cameras[:4])
+
+
+def test_sheet_of_a_station_that_is_not_there_is_refused(tmp_path):
+    done = ctl("camera", "preview", "all", "--socket-dir", tmp_path, "--output", tmp_path / "a.png")
+    assert done.returncode == 5 and not (tmp_path / "a.png").exists()
