@@ -244,8 +244,10 @@ static void run_solver(void *argument)
 		int64_t wake_ns;
 
 		heartbeat_beat(&solver->thread.heartbeat);
-		if (!solve_next(solver, &wake_ns))
-			clock_semaphore_wait(&solver->wake, wake_ns);
+		if (solve_next(solver, &wake_ns))
+			continue;
+		tracker_prepare(&solver->tracker, solver->scratch, &solver->rig->tracking);
+		clock_semaphore_wait(&solver->wake, wake_ns);
 	}
 }
 

@@ -22,8 +22,18 @@
 #define EXCESS_CHI2_MAX 16.0 /* one point counts for no more */
 #define NAMED_SHARE_MIN 0.2  /* fewer names than this share of the points: the head is wrong */
 #define HEAD_REACH_M 0.2
+#define EXPECTED_WITHIN_NS \
+	100000 /* of its time, a shot counts as the one expected: 0.1 mm at 1 m/s */
+
+/* For what the seeds were made and projected, if for anything. */
+struct preparation {
+	const struct tracker_rig *rig; /* NULL: for nothing */
+	int64_t last_ns;               /* of the shot before */
+	int64_t time_ns;
+};
 
 struct tracker_scratch {
+	struct preparation prepared;
 	struct matcher matcher;
 	struct crowd crowd;
 	struct labelling labelling;
@@ -67,26 +77,28 @@ static void lose_frame(struct tracker_state *state, int frame)
 	remember_nothing(state, frame);
 }
 
-/* Where the frames and their markers should be; those not seen for long are forgotten. */
-static void predict_shot(struct tracker_state *state, struct labelling *l, int64_t now_ns)
+static bool is_stale(const struct frame_state *frame, int64_t time_ns)
 {
-	for (uint32_t f = 0; f < state->frame_count; f++) {
-		const struct frame_state *frame = &state->frames[f];
-
-		if (frame->tracked && (double)(now_ns - frame->seen_ns) * 1e-9 > FRAME_KEPT_S)
-			lose_frame(state, (int)f);
-		l->found[f] = false;
-		l->rt_stage_frame[f] = head_predict(frame, now_ns);
-	}
-	predict_motion(state, now_ns, &l->motion);
+	return frame->tracked && (double)(time_ns - frame->seen_ns) * 1e-9 > FRAME_KEPT_S;
 }
 
-static void match_shot(struct tracker_state *state, struct tracker_scratch *scratch,
-		       const struct tracker_rig *rig)
+static void predict_shot(const struct tracker_state *state, struct labelling *l, int64_t time_ns)
 {
-	const struct labelling *l = &scratch->labelling;
+	for (uint32_t f = 0; f < state->frame_count; f++) {
+		l->found[f] = false;
+		l->rt_stage_frame[f] = head_predict(&state->frames[f], time_ns);
+	}
+	predict_motion(state, time_ns, &l->motion);
+}
+
+/* Where the markers should be in the shot, and where the cameras should see them. */
+static void prepare(const struct tracker_state *state, struct tracker_scratch *scratch,
+		    const struct tracker_rig *rig, int64_t time_ns)
+{
+	struct labelling *l = &scratch->labelling;
 	int count = 0;
 
+	predict_shot(state, l, time_ns);
 	for (uint32_t i = 0; i < state->label_count; i++) {
 		int frame = state->labels[i].frame;
 
@@ -100,8 +112,50 @@ static void match_shot(struct tracker_state *state, struct tracker_scratch *scra
 		scratch->seeds[count++] =
 			(struct seed){state->loose_stage_m[i], SEED_RADIUS_M, LABEL_NONE};
 	match_prepare(&scratch->matcher, rig, scratch->seeds, count);
-	match_seeds(&scratch->matcher);
-	match_leftovers(&scratch->matcher);
+	scratch->prepared = (struct preparation){rig, state->mid_exposure_ns, time_ns};
+}
+
+static bool is_prepared(const struct tracker_state *state, const struct tracker_scratch *scratch,
+			const struct tracker_rig *rig, int64_t time_ns)
+{
+	return scratch->prepared.rig == rig && scratch->prepared.time_ns == time_ns &&
+	       scratch->prepared.last_ns == state->mid_exposure_ns;
+}
+
+static int64_t expected_ns(const struct tracker_state *state)
+{
+	return state->mid_exposure_ns + state->period_ns;
+}
+
+void tracker_prepare(const struct tracker_state *state, struct tracker_scratch *scratch,
+		     const struct tracker_rig *rig)
+{
+	int64_t time_ns = expected_ns(state);
+
+	if (state->period_ns == 0 || is_prepared(state, scratch, rig, time_ns))
+		return;
+	for (uint32_t f = 0; f < state->frame_count; f++)
+		if (is_stale(&state->frames[f], time_ns))
+			return; /* the shot will forget it first */
+	prepare(state, scratch, rig, time_ns);
+}
+
+/* Takes what was prepared, or prepares it now. A shot that comes when it was expected is predicted
+ * for that very time, so that it does not matter which. */
+static void take_preparation(struct tracker_state *state, struct tracker_scratch *scratch,
+			     const struct tracker_rig *rig, int64_t now_ns)
+{
+	int64_t late_ns = now_ns - expected_ns(state);
+	bool expected = state->period_ns > 0 && late_ns <= EXPECTED_WITHIN_NS &&
+			late_ns >= -EXPECTED_WITHIN_NS;
+	int64_t time_ns = expected ? expected_ns(state) : now_ns;
+
+	for (uint32_t f = 0; f < state->frame_count; f++)
+		if (is_stale(&state->frames[f], time_ns))
+			lose_frame(state, (int)f);
+	if (!is_prepared(state, scratch, rig, time_ns))
+		prepare(state, scratch, rig, time_ns);
+	scratch->prepared.rig = NULL;
 }
 
 /* Residuals beyond what the sigmas explain are learned, and forgotten when they go. */
@@ -221,9 +275,10 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 	bool shown[FRAME_MAX];
 
 	begin_set(state, shot, out);
-	predict_shot(state, l, now_ns);
+	take_preparation(state, scratch, rig, now_ns);
 	match_begin(m, rig, state->excess_px2, shot);
-	match_shot(state, scratch, rig);
+	match_seeds(m);
+	match_leftovers(m);
 	nearby_build(&l->nearby, m->points, m->point_count, NULL);
 	crowd_find(&scratch->crowd, state, l, m->points, m->point_count, now_ns);
 	name_shot(state, scratch, now_ns, dt_s, fits);
@@ -233,5 +288,6 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 		out->heads[a] = fits[a];
 	emit_markers(state, l, m->points, m->point_count, shown, out);
 	learn_excess(state, m);
+	state->period_ns = state->mid_exposure_ns ? now_ns - state->mid_exposure_ns : 0;
 	state->mid_exposure_ns = now_ns;
 }

@@ -33,13 +33,18 @@ struct tracker_rig {
 	struct tracker_settings settings;
 };
 
-/* Working memory for one shot; large, so the caller keeps it. Contents never matter between shots.
- */
+/* Working memory for one shot; large, so the caller keeps it. Contents never matter between shots:
+ * what is prepared in it is made again where it is missing. */
 struct tracker_scratch;
 int tracker_scratch_create(struct tracker_scratch **out); /* 0 or -ENOMEM */
 void tracker_scratch_destroy(struct tracker_scratch *scratch);
 
 void tracker_state_init(struct tracker_state *state, const struct layout *layout);
+
+/* Does ahead what the next shot needs and no blob is needed for, should it come a period after the
+ * last one. Costs nothing when that is done already; changes no result. Real-time safe. */
+void tracker_prepare(const struct tracker_state *state, struct tracker_scratch *scratch,
+		     const struct tracker_rig *rig);
 
 /* Real-time safe. `out` is overwritten except for its arrival, found and solved times. */
 void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,

@@ -101,6 +101,12 @@ static bool read_code(const struct blob_set *set, uint64_t *shot)
 	return signs == BITS;
 }
 
+void tracker_prepare(const struct tracker_state *state, struct tracker_scratch *scratch,
+		     const struct tracker_rig *rig)
+{
+	(void)state, (void)scratch, (void)rig;
+}
+
 void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 		 const struct tracker_rig *rig, const struct shot *shot, struct marker_set *out)
 {
