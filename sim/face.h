@@ -1,53 +1,72 @@
 /*
- * An adult head as truth: its surface, the markers on it and how expressions move them.
- * Head coordinates: x to the subject's left, y up, z out of the face, origin in the middle; metres.
+ * An adult head as truth: the markers on it, how they move with the skin, what glistens, and what
+ * hides. Head coordinates: x to the subject's left, y up, z out of the face, origin in the middle;
+ * metres.
  */
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "sim/face_basis.h"
 #include "track/layout.h"
 
-enum expression {
-	EXPRESSION_JAW_OPEN,
-	EXPRESSION_SMILE,
-	EXPRESSION_STRETCH,
-	EXPRESSION_PUCKER,
-	EXPRESSION_LIP_DROP,
-	EXPRESSION_SNARL,
-	EXPRESSION_BLINK,
-	EXPRESSION_BROW_L,
-	EXPRESSION_BROW_R,
-	EXPRESSION_FROWN,
-	EXPRESSION_COUNT,
-};
+#define FACE_MARKER_MAX 192
+#define FACE_GHOST_MAX 8
 
 struct ellipsoid {
 	struct vec3 centre_m, axes_m;
 };
 
 struct face_marker {
-	struct vec3 normal; /* of the neutral face, unit */
-	struct vec3
-		shift_m[EXPRESSION_COUNT]; /* at weight 1; the jaw is a rotation, see jaw_share */
-	double jaw_share;                  /* 0 = upper face, 1 = moves with the jaw bone */
-	double reflectivity;               /* 1 = nominal */
+	struct layout_marker wanted; /* name, group and the place that the layout tells */
+	struct vec3 neutral_m;       /* where it is today */
+	struct vec3 normal;          /* of the neutral face, unit */
+	struct vec3 shift_m[BASIS_COUNT];
+	double jaw_turn_rad; /* of the normal at weight 1 */
+	double reflectivity; /* 1 = nominal */
 	bool on_nose;
+	int tucks[2]; /* bases whose sum above FACE_TUCK hides it in a fold; BASIS_COUNT = none */
+};
+
+#define FACE_TUCK 0.72
+
+enum face_gloss { GLOSS_TOOTH, GLOSS_EYE_L, GLOSS_EYE_R };
+
+/* A glossy sphere, seen within an angle about its axis. */
+struct face_ghost {
+	enum face_gloss kind;
+	struct vec3 centre_m, axis;
+	double radius_m, cos_limit, brightness;
 };
 
 struct face {
-	struct layout layout;                  /* names and neutral places */
-	struct face_marker markers[LABEL_MAX]; /* in the layout's order */
-	struct ellipsoid skull, nose;          /* what hides markers from cameras */
+	uint32_t marker_count;
+	struct face_marker markers[FACE_MARKER_MAX]; /* skin, then the band */
+	uint32_t ghost_count;
+	struct face_ghost ghosts[FACE_GHOST_MAX];
+	struct ellipsoid skull, nose;
 };
 
-/* The shape and the marker placement vary a little with the seed. */
-void face_init(struct face *face, uint64_t seed);
+struct face_options {
+	int marker_count;   /* on the skin: 0, 35, 70 or 182 */
+	double diameter_m;  /* 0: 1.5 mm, or 3.2 mm of 182 */
+	double reapplied_m; /* standard deviation along the skin, per axis */
+	bool teeth, eyes;   /* glisten */
+};
 
-/* Place and unit normal of a marker; weights in [0, 1] by enum expression. */
+/* The shape and the marker placement vary a little with the seed. Any marker count that is not in
+ * the list above is taken for 70: see face_count_known(). */
+void face_init(struct face *face, const struct face_options *options, uint64_t seed);
+bool face_count_known(int marker_count);
+
+/* Place and unit normal of a marker. */
 struct vec3 face_marker_place(const struct face *face, uint32_t marker,
-			      const double weights[EXPRESSION_COUNT], struct vec3 *normal);
+			      const double weights[BASIS_COUNT], struct vec3 *normal);
 
-/* True when the segment from `from` (on or above the skin) to `to` meets the skull or the nose. */
-bool face_hides(const struct face *face, uint32_t marker, struct vec3 from, struct vec3 to);
+/* A closed lid or a deep fold has taken it in. */
+bool face_marker_tucked(const struct face *face, uint32_t marker,
+			const double weights[BASIS_COUNT]);
+
+/* From 0, behind lips or lids, to the ghost's own. */
+double face_ghost_brightness(const struct face_ghost *ghost, const double weights[BASIS_COUNT]);

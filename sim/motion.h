@@ -1,5 +1,5 @@
 /*
- * How the head and the face move: sums of sines below 4 Hz, so that any instant can be asked for.
+ * How the head moves: sway, nods, shakes and turns, all below 4 Hz; apart from what the face does.
  */
 #pragma once
 
@@ -7,28 +7,24 @@
 #include <stdint.h>
 
 #include "base/geometry.h"
-#include "sim/face.h"
-
-#define MOTION_SINES 3
-
-/* Band-limited, within [-1, 1]. */
-struct signal {
-	double amplitude[MOTION_SINES], hz[MOTION_SINES], phase_rad[MOTION_SINES];
-};
+#include "sim/script.h"
+#include "sim/sines.h"
 
 struct motion {
-	bool still; /* scene "rest": nothing moves */
-	struct signal expressions[EXPRESSION_COUNT];
-	double expression_scale[EXPRESSION_COUNT];
-	struct vec3 seat_m;                       /* of the head's middle, stage coordinates */
-	struct vec3 seat_turn_rad;                /* small, head coordinates */
-	double turn_rad, turn_hz, turn_phase_rad; /* scene "turning": the large slow turn */
-	struct signal turn[3], shake[3], sway[3]; /* per head axis x, y, z */
+	bool still;
+	struct pose rt_stage_seat; /* head coordinates of somebody who sits still */
+	double turn_rad, turn_hz;  /* the large slow turn */
+	double drift_scale[3];     /* of turn[], per head axis x, y, z */
+	double shake_scale[3];     /* of shake[], radians */
+	struct signal turn[3], shake[3], sway[3];
 };
 
-/* `performance` is an enum sim_performance. */
-void motion_init(struct motion *motion, int performance, uint64_t seed);
+void motion_init(struct motion *motion, const struct sim_actor_script *script, uint64_t seed);
 
-void motion_expressions(const struct motion *motion, double time_s,
-			double weights[EXPRESSION_COUNT]);
-struct pose motion_head(const struct motion *motion, double time_s);
+/* The head's pose; `turn_rad` to the subject's left comes on top. */
+struct pose motion_head(const struct motion *motion, double time_s, double turn_rad);
+
+/* The neck's: sways with the head and does not turn. */
+struct pose motion_neck(const struct motion *motion, double time_s);
+
+extern const struct vec3 MOTION_NECK_M; /* the head turns about it; head coordinates */

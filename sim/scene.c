@@ -1,5 +1,5 @@
 /*
- * Puts face, motion and cameras together and answers what is where and who sees it.
+ * Puts actors and cameras together, and answers when each shot is.
  */
 #include "sim/scene.h"
 
@@ -13,8 +13,6 @@
 #include "sim/world_parts.h"
 
 #define DEFAULT_HD_DIVIDER 4
-#define FACING_MIN 0.20    /* cosine; a flat disc shines back up to about 78 degrees */
-#define STAND_OFF_M 0.5e-3 /* a disc lies on the skin, not in it */
 
 int sim_scene_create(struct sim_scene **out, const struct sim_options *options, struct diag *diag)
 {
@@ -28,7 +26,6 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 		free(scene);
 		return err;
 	}
-	motion_init(&scene->actors[0].motion, scene->script.actors[0].performance, options->seed);
 	scene->seed = options->seed;
 	scene->rate_hz = scene->script.rate_hz;
 	scene->period_ns = llround((double)NS_PER_S / scene->rate_hz);
@@ -39,16 +36,14 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	scene->hd_after_ir_ns = options->hd_after_ir_ns;
 	scene->hd_row_ns =
 		options->hd_row_ns ? options->hd_row_ns : llround(1e3 * scene->script.hd_row_us);
-	face_init(&scene->actors[0].face, options->seed);
-	scene->actor_count = 1;
-	scene->layout = scene->actors[0].face.layout;
-	for (uint32_t m = 0; m < scene->layout.marker_count; m++)
-		scene->markers[m].reflectivity = scene->actors[0].face.markers[m].reflectivity;
 	sim_cameras_init(scene->cameras, scene->camera_count, &scene->script, options->seed);
 	sim_hd_cameras_init(scene->cameras + scene->camera_count, scene->hd_count, &scene->script,
 			    options->seed);
 	sim_board_init(&scene->board, scene->script.placement, options->seed);
+	scene_set_windows(scene);
 	err = scene_bump_cameras(scene);
+	if (!err)
+		err = scene_cast(scene, diag);
 	if (err) {
 		sim_scene_destroy(scene);
 		return err;
@@ -64,54 +59,6 @@ void sim_scene_destroy(struct sim_scene *scene)
 	free(scene);
 }
 
-void scene_pose_markers(const struct sim_scene *scene, double time_s, struct sim_truth *out)
-{
-	double weights[EXPRESSION_COUNT];
-
-	out->time_s = time_s;
-	out->actors[0].rt_stage_head = motion_head(&scene->actors[0].motion, time_s);
-	out->actor_count = 1;
-	out->ghost_count = 0;
-	out->occluder_count = 0;
-	out->marker_count = scene->layout.marker_count;
-	motion_expressions(&scene->actors[0].motion, time_s, weights);
-	for (uint32_t m = 0; m < out->marker_count; m++) {
-		struct vec3 normal;
-		struct vec3 p = face_marker_place(&scene->actors[0].face, m, weights, &normal);
-
-		out->markers[m].p_stage_m = pose_apply(&out->actors[0].rt_stage_head, p);
-		out->markers[m].normal_stage = pose_rotate(&out->actors[0].rt_stage_head, normal);
-		out->markers[m].visible_mask = 0;
-		out->markers[m].worn = true;
-	}
-}
-
-static bool inside_image(const struct sim_camera *camera, const double pixel[2])
-{
-	return pixel[0] >= -0.5 && pixel[1] >= -0.5 && pixel[0] <= camera->width_px - 0.5 &&
-	       pixel[1] <= camera->height_px - 0.5;
-}
-
-bool scene_camera_sees(const struct sim_scene *scene, const struct sim_truth *truth, uint32_t c,
-		       uint32_t m, double pixel[2], double *facing)
-{
-	const struct sim_camera *camera = scene_camera_at(scene, c, truth->time_s);
-	const struct sim_truth_marker *marker = &truth->markers[m];
-	struct vec3 to_camera = vec3_unit(vec3_sub(camera->centre_stage_m, marker->p_stage_m));
-	double cosine = vec3_dot(to_camera, marker->normal_stage);
-
-	if (cosine < FACING_MIN || scene->script.board)
-		return false;
-	struct pose rt_head_stage = pose_inverse(&truth->actors[0].rt_stage_head);
-	struct vec3 above =
-		vec3_add(marker->p_stage_m, vec3_scale(marker->normal_stage, STAND_OFF_M));
-	if (face_hides(&scene->actors[0].face, m, pose_apply(&rt_head_stage, above),
-		       pose_apply(&rt_head_stage, camera->centre_stage_m)))
-		return false;
-	*facing = cosine;
-	return sim_camera_project(camera, marker->p_stage_m, pixel) && inside_image(camera, pixel);
-}
-
 struct exposure scene_exposure(const struct sim_scene *scene, uint32_t camera, uint64_t shot)
 {
 	if (camera < scene->camera_count)
@@ -121,17 +68,6 @@ struct exposure scene_exposure(const struct sim_scene *scene, uint32_t camera, u
 	return (struct exposure){.mid_s = 1e-9 * (double)sim_scene_hd_mid_exposure_ns(scene, shot),
 				 .row_s = 1e-9 * (double)scene->hd_row_ns,
 				 .length_s = 2e-9 * (double)SIM_HD_HALF_EXPOSURE_NS};
-}
-
-void sim_scene_truth(const struct sim_scene *scene, double time_s, struct sim_truth *out)
-{
-	double pixel[2], facing;
-
-	scene_pose_markers(scene, time_s, out);
-	for (uint32_t m = 0; m < out->marker_count; m++)
-		for (uint32_t c = 0; c < scene->camera_count; c++)
-			if (scene_camera_sees(scene, out, c, m, pixel, &facing))
-				out->markers[m].visible_mask |= UINT32_C(1) << c;
 }
 
 uint32_t sim_scene_camera_count(const struct sim_scene *scene)

@@ -1,6 +1,6 @@
 /*
- * The truth: an actor with a moving head and a talking face, and the cameras around it, as a pure
- * function of scene time. Renderers and truth files ask it; the tracker never sees it.
+ * The truth: actors with moving heads, talking faces and bodies, and the cameras around them, as a
+ * pure function of scene time. Renderers and truth files ask it; the tracker never sees it.
  */
 #pragma once
 
@@ -9,6 +9,7 @@
 
 #include "base/diag.h"
 #include "base/geometry.h"
+#include "sim/body.h"
 #include "sim/script.h"
 #include "track/layout.h"
 #include "track/observe.h"
@@ -46,10 +47,13 @@ struct sim_truth_marker {
 	struct vec3 normal_stage;
 	uint32_t visible_mask; /* bit c: IR camera c sees it unobstructed */
 	bool worn;             /* false: it fell off, and is nowhere */
+	bool tucked;           /* in a fold of the skin or under a lid: nobody sees it */
 };
 
 struct sim_truth_actor {
-	struct pose rt_stage_head;
+	struct pose rt_stage_head; /* of the skull, wherever the head band has slipped to */
+	/* of each body segment: takes its markers' neutral places to the stage */
+	struct pose rt_stage_segment[SEGMENT_COUNT];
 };
 
 /* A glossy bit of a tooth or an eye. A lamp beside the lens shows as a spot where the surface faces
@@ -58,8 +62,9 @@ struct sim_truth_ghost {
 	uint32_t actor;
 	struct vec3 centre_stage_m; /* of curvature */
 	struct vec3 axis_stage;     /* unit; the surface goes to some angle about it */
-	double brightness;          /* 1 = a nominal face marker; 0 while lips or lids are closed */
-	uint32_t visible_mask;      /* as a marker's */
+	double radius_m, cos_limit;
+	double brightness;     /* 1 = a nominal face marker; 0 while lips or lids are closed */
+	uint32_t visible_mask; /* as a marker's */
 };
 
 /* Hides what is behind it: u = to_unit * (p - centre) takes it to the unit sphere. */
@@ -102,10 +107,10 @@ uint64_t sim_scene_hd_shot(const struct sim_scene *scene, uint64_t k);
 int64_t sim_scene_hd_mid_exposure_ns(const struct sim_scene *scene, uint64_t shot);
 
 /*
- * Writes what a station needs to look at this scene: DIR/rig/NAME.cameramodel, DIR/layout.yaml and
- * DIR/stage.yaml, whose cameras have the addresses given (one per camera, HD last) and whose
- * trigger and extra top-level YAML lines are as given (NULL = none). No truth goes in. Returns 0 or
- * a negative errno with a message.
+ * Writes what a station needs to look at this scene: DIR/rig/NAME.cameramodel, DIR/layout.yaml (of
+ * several actors: DIR/layout-ACTOR.yaml) and DIR/stage.yaml, whose cameras have the addresses given
+ * (one per camera, HD last) and whose trigger and extra top-level YAML lines are as given (NULL =
+ * none). No truth goes in. Returns 0 or a negative errno with a message.
  */
 int sim_scene_write_stage(const struct sim_scene *scene, const char *dir,
 			  const char *const *addresses, const char *extra_yaml, struct diag *diag);

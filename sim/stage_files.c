@@ -22,27 +22,52 @@ static int make_dir(const char *path, struct diag *diag)
 	return fail(diag, path, "make the directory", errno);
 }
 
-static void print_layout(FILE *file, const struct sim_scene *scene)
+static void print_layout(FILE *file, const struct layout *layout, uint32_t actor)
 {
-	const struct layout *layout = &scene->layout;
+	const struct layout_actor *a = &layout->actors[actor];
 
-	fprintf(file, "actor: %s\nmarkers:\n", layout->actors[0].name);
-	for (uint32_t m = 0; m < layout->marker_count; m++) {
+	fprintf(file, "actor: %s\nmarkers:\n", a->name);
+	for (uint32_t m = a->first; m < a->first + a->count; m++) {
 		const struct layout_marker *k = &layout->markers[m];
 
-		fprintf(file,
-			"- {name: %s, group: %s, rigid: %s, diameter_m: %g, "
-			"neutral_m: [%.9f, %.9f, %.9f]}\n",
-			k->name, k->group, k->rigid ? "true" : "false", k->diameter_m,
-			k->neutral_m.x, k->neutral_m.y, k->neutral_m.z);
+		fprintf(file, "- {name: %s, group: %s, ", k->name, k->group);
+		if (*k->segment)
+			fprintf(file, "segment: %s, ", k->segment);
+		fprintf(file, "rigid: %s, diameter_m: %g, neutral_m: [%.9f, %.9f, %.9f]}\n",
+			k->rigid ? "true" : "false", k->diameter_m, k->neutral_m.x, k->neutral_m.y,
+			k->neutral_m.z);
 	}
+}
+
+/* One actor's layout is layout.yaml; those of several bear their names. */
+static void layout_name(char name[NAME_BYTES + 16], const struct layout *layout, uint32_t actor)
+{
+	if (layout->actor_count > 1)
+		snprintf(name, NAME_BYTES + 16, "layout-%s.yaml", layout->actors[actor].name);
+	else
+		snprintf(name, NAME_BYTES + 16, "layout.yaml");
+}
+
+static void print_layout_names(FILE *file, const struct layout *layout)
+{
+	char name[NAME_BYTES + 16];
+
+	if (layout->actor_count <= 1) {
+		fprintf(file, "layout: layout.yaml\n");
+		return;
+	}
+	for (uint32_t a = 0; a < layout->actor_count; a++) {
+		layout_name(name, layout, a);
+		fprintf(file, "%s%s", a ? ", " : "layouts: [", name);
+	}
+	fprintf(file, "]\n");
 }
 
 static void print_config(FILE *file, const struct sim_scene *scene, const char *const *addresses,
 			 const char *extra_yaml)
 {
-	fprintf(file, "# A simulated stage.\nrig: rig\nlayout: layout.yaml\nrate_hz: %.9g\n",
-		scene->rate_hz);
+	fprintf(file, "# A simulated stage.\nrig: rig\nrate_hz: %.9g\n", scene->rate_hz);
+	print_layout_names(file, &scene->layout);
 	if (scene->hd_count && (scene->hd_divider != 4 || scene->hd_phase != 0))
 		fprintf(file, "hd: {divider: %u, phase: %u}\n", scene->hd_divider, scene->hd_phase);
 	if (extra_yaml)
@@ -52,24 +77,6 @@ static void print_config(FILE *file, const struct sim_scene *scene, const char *
 	for (uint32_t c = 0; c < scene->camera_count + scene->hd_count; c++)
 		fprintf(file, "- {name: %s, address: \"%s\", role: %s}\n", scene->cameras[c].name,
 			addresses[c], c < scene->camera_count ? "ir" : "hd");
-}
-
-/* Addresses NULL: the layout, else the configuration. */
-static int write_yaml(const struct sim_scene *scene, const char *path, const char *const *addresses,
-		      const char *extra_yaml, struct diag *diag)
-{
-	FILE *file = fopen(path, "w");
-
-	if (!file)
-		return fail(diag, path, "write", errno);
-	if (addresses)
-		print_config(file, scene, addresses, extra_yaml);
-	else
-		print_layout(file, scene);
-	bool bad = ferror(file);
-	if (fclose(file) != 0 || bad)
-		return fail(diag, path, "write", errno ? errno : EIO);
-	return 0;
 }
 
 static int path_join(char path[PATH_MAX], const char *dir, const char *name, struct diag *diag)
@@ -96,21 +103,62 @@ static int write_rig(const struct sim_scene *scene, const char *dir, struct diag
 	return err;
 }
 
+static int finish_file(FILE *file, const char *path, struct diag *diag)
+{
+	bool bad = ferror(file);
+
+	if (fclose(file) != 0 || bad)
+		return fail(diag, path, "write", errno ? errno : EIO);
+	return 0;
+}
+
+static int write_layouts(const struct sim_scene *scene, const char *dir, struct diag *diag)
+{
+	const struct layout *layout = &scene->layout;
+	uint32_t count = layout->actor_count ? layout->actor_count : 1;
+	char path[PATH_MAX], name[NAME_BYTES + 16];
+	int err = 0;
+
+	for (uint32_t a = 0; !err && a < count; a++) {
+		layout_name(name, layout, a);
+		err = path_join(path, dir, name, diag);
+		FILE *file = err ? NULL : fopen(path, "w");
+
+		if (err)
+			return err;
+		if (!file)
+			return fail(diag, path, "write", errno);
+		print_layout(file, layout, a);
+		err = finish_file(file, path, diag);
+	}
+	return err;
+}
+
+static int write_config(const struct sim_scene *scene, const char *dir,
+			const char *const *addresses, const char *extra_yaml, struct diag *diag)
+{
+	char path[PATH_MAX];
+	int err = path_join(path, dir, "stage.yaml", diag);
+	FILE *file = err ? NULL : fopen(path, "w");
+
+	if (err)
+		return err;
+	if (!file)
+		return fail(diag, path, "write", errno);
+	print_config(file, scene, addresses, extra_yaml);
+	return finish_file(file, path, diag);
+}
+
 int sim_scene_write_stage(const struct sim_scene *scene, const char *dir,
 			  const char *const *addresses, const char *extra_yaml, struct diag *diag)
 {
-	char layout_path[PATH_MAX], config_path[PATH_MAX];
-	int err = path_join(layout_path, dir, "layout.yaml", diag);
+	int err = make_dir(dir, diag);
 
-	if (!err)
-		err = path_join(config_path, dir, "stage.yaml", diag);
-	if (!err)
-		err = make_dir(dir, diag);
 	if (!err)
 		err = write_rig(scene, dir, diag);
 	if (!err)
-		err = write_yaml(scene, layout_path, NULL, NULL, diag);
+		err = write_layouts(scene, dir, diag);
 	if (!err)
-		err = write_yaml(scene, config_path, addresses, extra_yaml, diag);
+		err = write_config(scene, dir, addresses, extra_yaml, diag);
 	return err;
 }

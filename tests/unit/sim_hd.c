@@ -196,7 +196,8 @@ static void a_head_stands_out_from_a_dark_room(void **state)
 	const uint8_t *pixels = sim_hd_render(renderer, 0, &width_px, &height_px);
 	assert_int_equal(width_px, 1920);
 	assert_int_equal(height_px, 1080);
-	struct pose rt = motion_head(&scene->actors[0].motion, 1e-9 * (double)SIM_HD_AFTER_IR_NS);
+	struct pose rt =
+		motion_head(&scene->actors[0].motion, 1e-9 * (double)SIM_HD_AFTER_IR_NS, 0);
 	assert_true(sim_camera_project(&scene->cameras[IR_COUNT], rt.t, middle));
 	for (int y = -40; y < 40; y++) /* red, green, blue of the skin around the middle */
 		for (int x = -40; x < 40; x++) {
