@@ -25,48 +25,47 @@ static bool shines_at(const struct sim_camera *lamp, const struct sim_camera *ca
 
 /* Adds the disc when it is at least in part in the image. */
 static uint32_t add_lamp(const struct sim_camera *camera, struct vec3 p_stage_m, double radius_m,
-			 double grey, struct lamp *out)
+			 double grey, struct spot *out)
 {
 	struct vec3 to_camera = vec3_unit(vec3_sub(camera->centre_stage_m, p_stage_m));
 
-	if (!disc_spot(camera, p_stage_m, to_camera, radius_m, grey, &out->spot))
+	if (!disc_spot(camera, p_stage_m, to_camera, radius_m, grey, out))
 		return 0;
-	struct pixel_window window =
-		pixel_window_around(out->spot.centre_px, spot_radius_px(&out->spot),
-				    camera->width_px, camera->height_px);
+	struct pixel_window window = pixel_window_around(out->centre_px, spot_radius_px(out),
+							 camera->width_px, camera->height_px);
 
-	out->p_stage_m = p_stage_m;
 	return pixel_window_count(&window) > 0;
 }
 
-static struct vec3 led_place(const struct sim_camera *lamp, int led)
+static uint32_t add_ring(const struct sim_camera *camera, const struct sim_camera *lamp,
+			 struct spot *out)
 {
-	double angle = 2 * M_PI * led / LAMP_RING_LEDS;
 	struct pose rt_stage_cam = pose_inverse(&lamp->rt_cam_stage);
-
-	return pose_apply(&rt_stage_cam,
-			  (struct vec3){RING_RADIUS_M * cos(angle), RING_RADIUS_M * sin(angle), 0});
-}
-
-uint32_t lamps_find(const struct sim_scene *scene, uint32_t c, struct lamp out[LAMP_MAX])
-{
-	const struct sim_camera *camera = &scene->cameras[c];
 	uint32_t count = 0;
 
-	for (uint32_t i = 0; scene->script.cross_strobes && i < scene->camera_count; i++) {
-		const struct sim_camera *other = &scene->cameras[i];
+	for (int led = 0; led < LAMP_RING_LEDS; led++) {
+		double angle = 2 * M_PI * led / LAMP_RING_LEDS;
+		struct vec3 place = {RING_RADIUS_M * cos(angle), RING_RADIUS_M * sin(angle), 0};
 
-		if (i != c && shines_at(other, camera, STROBE_COSINE))
-			count += add_lamp(camera, other->centre_stage_m, STROBE_RADIUS_M,
+		count += add_lamp(camera, pose_apply(&rt_stage_cam, place), LED_RADIUS_M, LED_GREY,
+				  &out[count]);
+	}
+	return count;
+}
+
+uint32_t lamps_find(const struct sim_scene *scene, const struct sim_truth *truth, uint32_t c,
+		    struct spot out[LAMP_MAX])
+{
+	const struct sim_camera *camera = scene_camera_at(scene, c, truth->time_s);
+	uint32_t count = 0;
+
+	for (uint32_t i = 0; scene->script.cross_strobes && i < scene->camera_count; i++)
+		if (i != c && shines_at(&scene->cameras[i], camera, STROBE_COSINE))
+			count += add_lamp(camera, scene->cameras[i].centre_stage_m, STROBE_RADIUS_M,
 					  STROBE_GREY, &out[count]);
-	}
-	for (uint32_t i = 0; scene->script.ring_lights && i < scene->hd_count; i++) {
-		const struct sim_camera *other = &scene->cameras[scene->camera_count + i];
-
-		for (int led = 0; led < LAMP_RING_LEDS && shines_at(other, camera, LED_COSINE);
-		     led++)
-			count += add_lamp(camera, led_place(other, led), LED_RADIUS_M, LED_GREY,
+	for (uint32_t i = 0; scene->script.ring_lights && i < scene->hd_count; i++)
+		if (shines_at(&scene->cameras[scene->camera_count + i], camera, LED_COSINE))
+			count += add_ring(camera, &scene->cameras[scene->camera_count + i],
 					  &out[count]);
-	}
 	return count;
 }

@@ -10,11 +10,6 @@
 #define LAMP_RING_LEDS 12
 #define LAMP_MAX (SIM_CAMERA_MAX + SIM_HD_MAX * LAMP_RING_LEDS)
 
-struct lamp {
-	struct vec3 p_stage_m;
-	struct spot spot;
-};
-
-/* Finds the lamps of the scene that shine into camera `camera`, whoever may stand between. Returns
- * how many. */
-uint32_t lamps_find(const struct sim_scene *scene, uint32_t camera, struct lamp out[LAMP_MAX]);
+/* Finds the lamps that shine into camera `camera` as it stands at that time. Returns how many. */
+uint32_t lamps_find(const struct sim_scene *scene, const struct sim_truth *truth, uint32_t camera,
+		    struct spot out[LAMP_MAX]);

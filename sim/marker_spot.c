@@ -77,7 +77,7 @@ static void project_axes(const struct sim_camera *camera, struct vec3 centre, do
 struct spot marker_spot(const struct sim_scene *scene, const struct sim_truth *truth, uint32_t c,
 			uint32_t m, const double pixel[2], double facing, double brightness)
 {
-	const struct sim_camera *camera = &scene->cameras[c];
+	const struct sim_camera *camera = scene_camera_at(scene, c, truth->time_s);
 	const struct sim_truth_marker *marker = &truth->markers[m];
 	bool dome = scene->markers[m].hemisphere;
 	struct vec3 axes[2],
@@ -109,15 +109,4 @@ bool disc_spot(const struct sim_camera *camera, struct vec3 centre_stage_m, stru
 	project_axes(camera, centre_stage_m, radius_m, axes, &spot);
 	*out = spot;
 	return true;
-}
-
-bool ghost_spot(const struct sim_scene *scene, const struct sim_truth_ghost *ghost, uint32_t c,
-		double brightness, struct spot *out)
-{
-	const struct sim_camera *camera = &scene->cameras[c];
-	struct vec3 to_camera = vec3_unit(vec3_sub(camera->centre_stage_m, ghost->centre_stage_m));
-
-	return disc_spot(camera, ghost->centre_stage_m, to_camera, nominal_radius_m(scene),
-			 brightness * ghost->brightness * range_gain(camera, ghost->centre_stage_m),
-			 out);
 }

@@ -25,7 +25,3 @@ bool disc_spot(const struct sim_camera *camera, struct vec3 centre_stage_m, stru
 struct spot marker_spot(const struct sim_scene *scene, const struct sim_truth *truth,
 			uint32_t camera, uint32_t marker, const double pixel[2], double facing,
 			double brightness);
-
-/* A specular spot: as bright as a nominal marker, times the ghost's brightness. */
-bool ghost_spot(const struct sim_scene *scene, const struct sim_truth_ghost *ghost, uint32_t camera,
-		double brightness, struct spot *out);

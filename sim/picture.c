@@ -1,5 +1,5 @@
 /*
- * Black without strobe, another shot's light, or the light of three shots in one.
+ * Without its strobe's light, another shot's light, or the light of three shots in one.
  */
 #include "sim/picture.h"
 
@@ -14,7 +14,7 @@ struct sim_picture {
 	struct sim_renderer *renderer;       /* owned; NULL for HD */
 	struct sim_hd_renderer *hd_renderer; /* owned; NULL for IR */
 	size_t size_bytes;
-	uint8_t *black; /* owned; of a frame without light */
+	uint8_t *black; /* owned; of an HD frame without light */
 	uint8_t *sum;   /* owned; of several shots */
 };
 
@@ -60,6 +60,15 @@ static const uint8_t *render(struct sim_picture *picture, uint64_t shot, int *wi
 				 : sim_hd_render(picture->hd_renderer, shot, width_px, height_px);
 }
 
+static const uint8_t *render_dark(struct sim_picture *picture, uint64_t shot, int *width_px,
+				  int *height_px)
+{
+	if (picture->renderer)
+		return sim_render_unlit(picture->renderer, shot, width_px, height_px);
+	render(picture, shot, width_px, height_px); /* for its size */
+	return picture->black;
+}
+
 static void add(uint8_t *sum, const uint8_t *more, size_t size_bytes)
 {
 	for (size_t i = 0; i < size_bytes; i++) {
@@ -89,9 +98,11 @@ const uint8_t *sim_picture_take(struct sim_picture *picture, uint64_t shot, sim_
 		shot++;
 	if ((faults & SIM_FAULT_BIT(SIM_FAULT_SHIFT)) && shot > 0)
 		shot--;
-	if (faults & SIM_FAULT_BIT(SIM_FAULT_STUCK_EXPOSURE))
+	if (faults & SIM_FAULT_BIT(SIM_FAULT_DARK))
+		pixels = render_dark(picture, shot, width_px, height_px);
+	else if (faults & SIM_FAULT_BIT(SIM_FAULT_STUCK_EXPOSURE))
 		pixels = expose_long(picture, shot, width_px, height_px);
 	else
 		pixels = render(picture, shot, width_px, height_px);
-	return faults & SIM_FAULT_BIT(SIM_FAULT_DARK) ? picture->black : pixels;
+	return pixels;
 }

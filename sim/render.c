@@ -25,13 +25,6 @@ struct hot_pixel {
 	float grey;
 };
 
-/* A lamp's light, drawn once: it never changes, though somebody may stand before it. */
-struct lamp_light {
-	struct vec3 p_stage_m;
-	struct pixel_window window;
-	float *light; /* owned */
-};
-
 struct sim_renderer {
 	/* set when made */
 	const struct sim_scene *scene; /* borrowed */
@@ -39,8 +32,6 @@ struct sim_renderer {
 	double brightness;           /* of a nominal marker facing the camera at its range */
 	struct board_picture *board; /* owned; NULL: there is none */
 	struct hot_pixel hot[HOT_PIXELS];
-	uint32_t lamp_count;
-	struct lamp_light lamps[LAMP_MAX];
 	/* owned by the thread that renders */
 	struct optics optics;
 	struct canvas canvas;
@@ -56,27 +47,6 @@ static void set_hot_pixels(struct sim_renderer *renderer, struct rng *rng)
 		renderer->hot[i].y = (int)(rng_uniform(rng) * camera->height_px);
 		renderer->hot[i].grey = (float)(30.0 + 150.0 * rng_uniform(rng));
 	}
-}
-
-static int draw_lamps(struct sim_renderer *renderer)
-{
-	const struct sim_camera *camera = &renderer->scene->cameras[renderer->camera];
-	struct lamp lamps[LAMP_MAX];
-	uint32_t count = lamps_find(renderer->scene, renderer->camera, lamps);
-
-	for (uint32_t i = 0; i < count; i++) {
-		struct lamp_light *lamp = &renderer->lamps[i];
-
-		lamp->p_stage_m = lamps[i].p_stage_m;
-		lamp->window = optics_window(&renderer->optics, &lamps[i].spot, camera->width_px,
-					     camera->height_px);
-		lamp->light = malloc((size_t)pixel_window_count(&lamp->window) * sizeof(float) + 1);
-		if (!lamp->light)
-			return -ENOMEM;
-		renderer->lamp_count++;
-		optics_fill(&renderer->optics, &lamps[i].spot, &lamp->window, lamp->light);
-	}
-	return 0;
 }
 
 static int make_board(struct sim_renderer *renderer, double blur_sigma_px)
@@ -116,9 +86,7 @@ static int set_camera(struct sim_renderer *renderer, enum sim_noise noise, struc
 		return err;
 	renderer->brightness = marker_brightness(scene, renderer->camera, PEAK_GREY, sigma_px);
 	set_hot_pixels(renderer, rng);
-	err = draw_lamps(renderer);
-	if (!err)
-		err = make_board(renderer, sigma_px);
+	err = make_board(renderer, sigma_px);
 	return err ? err : make_canvas(renderer, noise, rng);
 }
 
@@ -145,8 +113,6 @@ void sim_renderer_destroy(struct sim_renderer *renderer)
 {
 	if (!renderer)
 		return;
-	for (uint32_t i = 0; i < renderer->lamp_count; i++)
-		free(renderer->lamps[i].light);
 	optics_finish(&renderer->optics);
 	canvas_finish(&renderer->canvas);
 	board_picture_destroy(renderer->board);
@@ -181,14 +147,11 @@ static void add_markers(struct sim_renderer *renderer)
 
 static void add_lamps(struct sim_renderer *renderer)
 {
-	for (uint32_t i = 0; i < renderer->lamp_count; i++) {
-		const struct lamp_light *lamp = &renderer->lamps[i];
-		float *light = canvas_add_window(&renderer->canvas, lamp->window);
+	struct spot lamps[LAMP_MAX];
+	uint32_t count = lamps_find(renderer->scene, &renderer->truth, renderer->camera, lamps);
 
-		if (light)
-			memcpy(light, lamp->light,
-			       (size_t)pixel_window_count(&lamp->window) * sizeof(*light));
-	}
+	for (uint32_t i = 0; i < count; i++)
+		add_spot(renderer, &lamps[i]);
 }
 
 static void add_hot_pixels(struct sim_renderer *renderer)
@@ -204,8 +167,8 @@ static void add_hot_pixels(struct sim_renderer *renderer)
 	}
 }
 
-const uint8_t *sim_render(struct sim_renderer *renderer, uint64_t shot, int *width_px,
-			  int *height_px)
+static const uint8_t *render(struct sim_renderer *renderer, uint64_t shot, bool lit, int *width_px,
+			     int *height_px)
 {
 	double time_s = (double)sim_scene_mid_exposure_ns(renderer->scene, shot) * 1e-9;
 	struct rng rng;
@@ -214,13 +177,26 @@ const uint8_t *sim_render(struct sim_renderer *renderer, uint64_t shot, int *wid
 		 64 + renderer->camera);
 	scene_pose_markers(renderer->scene, time_s, &renderer->truth);
 	canvas_clear(&renderer->canvas, &rng);
-	if (renderer->board)
+	if (lit && renderer->board)
 		board_picture_draw(renderer->board, shot, &renderer->canvas.sensor, &rng,
 				   renderer->canvas.image);
-	add_markers(renderer);
+	if (lit)
+		add_markers(renderer);
 	add_lamps(renderer);
 	add_hot_pixels(renderer);
 	*width_px = renderer->canvas.width_px;
 	*height_px = renderer->canvas.height_px;
 	return canvas_expose(&renderer->canvas, &rng);
+}
+
+const uint8_t *sim_render(struct sim_renderer *renderer, uint64_t shot, int *width_px,
+			  int *height_px)
+{
+	return render(renderer, shot, true, width_px, height_px);
+}
+
+const uint8_t *sim_render_unlit(struct sim_renderer *renderer, uint64_t shot, int *width_px,
+				int *height_px)
+{
+	return render(renderer, shot, false, width_px, height_px);
 }

@@ -23,3 +23,7 @@ void sim_renderer_destroy(struct sim_renderer *renderer); /* accepts NULL */
  * image (stride = width) is the renderer's until the next call. Does not allocate. */
 const uint8_t *sim_render(struct sim_renderer *renderer, uint64_t shot, int *width_px,
 			  int *height_px);
+
+/* The same without its strobe's light: what shines by itself, and noise. */
+const uint8_t *sim_render_unlit(struct sim_renderer *renderer, uint64_t shot, int *width_px,
+				int *height_px);

@@ -62,6 +62,16 @@ const uint8_t *sim_render(struct sim_renderer *renderer, uint64_t shot, int *wid
 	return renderer->pixels;
 }
 
+const uint8_t *sim_render_unlit(struct sim_renderer *renderer, uint64_t shot, int *width_px,
+				int *height_px)
+{
+	(void)shot;
+	memset(renderer->pixels, 0, sizeof(renderer->pixels));
+	*width_px = WIDTH_PX;
+	*height_px = HEIGHT_PX;
+	return renderer->pixels;
+}
+
 /* In the place of track/tracker.c. */
 struct tracker_settings tracker_settings_default(void)
 {
