@@ -9,6 +9,7 @@
 #define STRANGE_M 0.003 /* disagreement beyond this and a share of the spacing is strange */
 #define FOLLOW_ACCELERATION_M_S2 25.0
 #define FOLLOW_GAP_MAX_S 0.05
+#define FOLLOW_SHARE 0.4 /* of the distance to the next marker: no farther from where expected */
 
 static void forget_label(struct label_state *label)
 {
@@ -83,6 +84,16 @@ static void follow(struct label_state *label, struct vec3 local_m, double noise_
 	label->steady_since_ns = 0;
 }
 
+/* A name that was not seen for a while, or where its marker was not expected, is given as a new one
+ * is. */
+static bool is_followed(const struct labelling *l, const struct label_state *label, uint32_t i)
+{
+	const struct prediction *p = &l->predictions.labels[i];
+
+	return label->confirmed && p->recent &&
+	       vec3_distance(p->local_m, l->seen_m[i]) < FOLLOW_SHARE * label->spacing_m;
+}
+
 static void update_label(struct tracker_state *state, const struct labelling *l,
 			 struct point *points, uint32_t i, int64_t now_ns)
 {
@@ -102,9 +113,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 		label->steady_since_ns = 0;
 	}
 	struct point *point = &points[l->point_of_label[i]];
-	/* a name that was not seen for a while is given as a new one is */
-	bool followed = label->confirmed && l->predictions.labels[i].recent;
-	if (!followed && !may_confirm(state, l, point, i, now_ns))
+	if (!is_followed(l, label, i) && !may_confirm(state, l, point, i, now_ns))
 		return;
 	if (point->fix.used_count >= 3) {
 		predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m);

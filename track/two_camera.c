@@ -33,6 +33,16 @@ static bool fits(const struct labelling *l, const struct tracker_state *state, u
 	return vec3_distance(told_m, local_m) < TWO_CAMERA_MIN_M + 2.5 * sigma_m;
 }
 
+/* Where two markers are one spot, the spot is neither. */
+static bool is_merged(const struct matcher *matcher, const struct point *point)
+{
+	for (uint32_t c = 0; c < matcher->camera_count; c++)
+		if ((point->claimed_mask & (1u << c)) &&
+		    matcher->cameras[c].blobs[point->blob[c]].flags & BLOB_MERGED)
+			return true;
+	return false;
+}
+
 void remember_two_camera(struct labelling *l, const struct tracker_state *state,
 			 struct matcher *matcher)
 {
@@ -52,7 +62,7 @@ void remember_two_camera(struct labelling *l, const struct tracker_state *state,
 			continue;
 		const struct point *found = &matcher->points[point];
 		struct vec3 local_m = pose_apply(&l->rt_frame_stage[frame], found->fix.p_stage_m);
-		if (!fits(l, state, i, found, local_m))
+		if (is_merged(matcher, found) || !fits(l, state, i, found, local_m))
 			continue;
 		l->point_of_label[i] = (int16_t)point;
 		l->seen[i] = true;
