@@ -75,6 +75,14 @@ static inline void board_tag_square(const struct board *board, int index, int *c
 	*column = odd ? (rest - in_even) * 2 : rest * 2 + 1;
 }
 
+/* The tag in a white square. */
+static inline int board_tag_in_square(const struct board *board, int column, int row)
+{
+	int before = row / 2 * board->squares_x;
+
+	return row % 2 ? before + board->squares_x / 2 + column / 2 : before + column / 2;
+}
+
 /* Of the surface at (x, y) on the print, warp included. */
 static inline struct vec3 board_point_m(const struct board *board, double x_m, double y_m)
 {

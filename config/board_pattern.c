@@ -51,13 +51,6 @@ void board_tag_place(const struct board *board, int index, double corner_m[2], d
 	*edge_m = board->tag_part * board->square_m;
 }
 
-static int tag_in_square(const struct board *board, int column, int row)
-{
-	int before = row / 2 * board->squares_x;
-
-	return row % 2 ? before + board->squares_x / 2 + column / 2 : before + column / 2;
-}
-
 bool board_is_black(const struct board_pattern *pattern, double x_m, double y_m)
 {
 	const struct board *board = &pattern->board;
@@ -73,5 +66,5 @@ bool board_is_black(const struct board_pattern *pattern, double x_m, double y_m)
 	int y = (int)floor((v - row - 0.5) * scale + BOARD_TAG_CELLS_ALL / 2.0);
 
 	return x >= 0 && x < BOARD_TAG_CELLS_ALL && y >= 0 && y < BOARD_TAG_CELLS_ALL &&
-	       pattern->cells[tag_in_square(board, column, row)][y][x];
+	       pattern->cells[board_tag_in_square(board, column, row)][y][x];
 }
