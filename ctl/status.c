@@ -48,17 +48,25 @@ static void print_losses(const json_t *losses)
 
 static void print_ledger(const json_t *ledger)
 {
+	static const struct {
+		const char *key, *words;
+	} states[] = {
+		{"slower_than_trigger", "slower than its trigger"},
+		{"out_of_step", "out of step"},
+		{"dark", "dark"},
+		{"overexposed", "overexposed"},
+		{"moved", "moved"},
+	};
 	const char *last = json_string_value(json_object_get(ledger, "last_event"));
 
 	if (!last)
 		return;
-	printf("%13spulse ledger: last %s in shot %" PRId64 "%s%s%s; ", "", last,
-	       count_of(ledger, "last_event_shot"),
-	       json_is_true(json_object_get(ledger, "slower_than_trigger"))
-		       ? ", slower than its trigger"
-		       : "",
-	       json_is_true(json_object_get(ledger, "out_of_step")) ? ", out of step" : "",
-	       json_is_true(json_object_get(ledger, "dark")) ? ", dark" : "");
+	printf("%13spulse ledger: last %s in shot %" PRId64, "", last,
+	       count_of(ledger, "last_event_shot"));
+	for (size_t i = 0; i < sizeof(states) / sizeof(*states); i++)
+		if (json_is_true(json_object_get(ledger, states[i].key)))
+			printf(", %s", states[i].words);
+	printf("; ");
 	print_losses(json_object_get(ledger, "events"));
 }
 

@@ -31,6 +31,8 @@ static void show(struct shot_book *book, uint32_t camera)
 	atomic_store_explicit(&shown->slower, found->slower, memory_order_relaxed);
 	atomic_store_explicit(&shown->out_of_step, found->out_of_step, memory_order_relaxed);
 	atomic_store_explicit(&shown->dark, found->dark, memory_order_relaxed);
+	atomic_store_explicit(&shown->overexposed, found->overexposed, memory_order_relaxed);
+	atomic_store_explicit(&shown->moved, found->moved, memory_order_relaxed);
 	atomic_store_explicit(&shown->total, total, memory_order_release);
 }
 
@@ -114,13 +116,27 @@ bool shot_book_hd_frame(struct shot_book *book, uint32_t camera, const struct le
 	return verdict != LEDGER_REFUSE;
 }
 
+static int32_t count_saturated(const struct blob_set *set)
+{
+	int32_t count = 0;
+
+	for (uint32_t b = 0; b < set->blob_count; b++)
+		count += (set->blobs[b].flags & BLOB_SATURATED) != 0;
+	return count;
+}
+
 static void note_blobs(struct shot_book *book, const struct shot *shot)
 {
-	int32_t counts[CAMERA_MAX];
+	struct ledger_blobs blobs[CAMERA_MAX];
 
-	for (uint32_t c = 0; c < shot->camera_count; c++)
-		counts[c] = shot->sets[c] ? (int32_t)shot->sets[c]->blob_count : -1;
-	ledger_note_blobs(&book->ledger, shot->number, counts, shot->camera_count);
+	for (uint32_t c = 0; c < shot->camera_count; c++) {
+		const struct blob_set *set = shot->sets[c];
+
+		blobs[c] =
+			set ? (struct ledger_blobs){(int32_t)set->blob_count, count_saturated(set)}
+			    : (struct ledger_blobs){-1, 0};
+	}
+	ledger_note_blobs(&book->ledger, shot->number, blobs, shot->camera_count);
 }
 
 void shot_book_close(struct shot_book *book, const struct tracker_rig *rig, const struct shot *shot,
@@ -133,4 +149,7 @@ void shot_book_close(struct shot_book *book, const struct tracker_rig *rig, cons
 	note_blobs(book, shot);
 	if (set && step_check_run(&book->step, rig, shot, set, &camera, &off_shots))
 		ledger_note_step(&book->ledger, camera, shot->number, off_shots);
+	if (set && aim_check_run(&book->aim, rig, shot, set))
+		for (uint32_t c = 0; c < shot->camera_count; c++)
+			ledger_note_aim(&book->ledger, c, shot->number, book->aim.shift_px[c]);
 }

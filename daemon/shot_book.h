@@ -6,6 +6,7 @@
 
 #include "daemon/capture.h"
 #include "daemon/pulses.h"
+#include "track/aim_check.h"
 #include "track/ledger.h"
 #include "track/step_check.h"
 
@@ -16,7 +17,7 @@ struct camera_events {
 	_Atomic uint64_t last_shot;    /* of the last event, once total is not 0 */
 	_Atomic uint32_t last_event;   /* enum ledger_event */
 	_Atomic int64_t after_edge_ns; /* mean of frames' times - what their edges asked for */
-	_Atomic bool slower, out_of_step, dark; /* now */
+	_Atomic bool slower, out_of_step, dark, overexposed, moved; /* now */
 };
 
 struct shot_book {
@@ -26,6 +27,7 @@ struct shot_book {
 	/* solver thread */
 	struct ledger ledger;
 	struct step_check step;
+	struct aim_check aim;
 	uint32_t judged_mask;            /* cameras whose front is judged ... */
 	struct front judged[CAMERA_MAX]; /* ... as this */
 

@@ -44,6 +44,9 @@ static const char *const names[LEDGER_EVENT_COUNT] = {
 	[LEDGER_SLOWER_THAN_TRIGGER] = "slower_than_trigger",
 	[LEDGER_OUT_OF_STEP] = "out_of_step",
 	[LEDGER_DARK] = "dark",
+	[LEDGER_OVEREXPOSED] = "overexposed",
+	[LEDGER_MOVED] = "moved",
+	[LEDGER_CLOCK_STEPPED] = "clock_stepped",
 };
 
 const char *ledger_event_name(enum ledger_event event)
@@ -353,6 +356,10 @@ static void finish(struct judging *j, uint64_t *shot, int64_t *mid_exposure_ns)
 {
 	struct ledger_camera *camera = j->camera;
 	uint64_t taken = camera->line.shot;
+	int64_t usual_ns = edges_time_ns(&j->ledger->edges, taken) + camera->lag_ns;
+	bool learn = !is_settled(camera) ||
+		     ledger_note_clock(j->ledger, (uint32_t)(camera - j->ledger->cameras), taken,
+				       elapsed_ns(usual_ns, j->edge_time_ns));
 
 	*shot = taken;
 	*mid_exposure_ns = j->frame->mid_exposure_ns;
@@ -362,7 +369,8 @@ static void finish(struct judging *j, uint64_t *shot, int64_t *mid_exposure_ns)
 					   camera->offset_ns + camera->lag_ns;
 		return;
 	}
-	learn_arrival(j);
+	if (learn)
+		learn_arrival(j);
 	camera->slip = (uint32_t)((j->nearest % camera->divider + camera->divider - camera->phase) %
 				  camera->divider);
 	*shot = j->nearest;
@@ -374,9 +382,11 @@ enum ledger_verdict ledger_judge(struct ledger *ledger, uint32_t camera,
 				 const struct ledger_frame *frame, bool final, uint64_t *shot,
 				 int64_t *mid_exposure_ns)
 {
-	struct judging j = {.ledger = ledger, .camera = &ledger->cameras[camera], .frame = frame};
+	struct ledger_frame own = *frame;
+	struct judging j = {.ledger = ledger, .camera = &ledger->cameras[camera], .frame = &own};
 
-	j.edge_time_ns = elapsed_ns(j.camera->offset_ns, frame->mid_exposure_ns);
+	own.mid_exposure_ns = elapsed_ns(j.camera->clock_off_ns, frame->mid_exposure_ns);
+	j.edge_time_ns = elapsed_ns(j.camera->offset_ns, own.mid_exposure_ns);
 	enum edges_found found = edges_nearest(&ledger->edges, j.edge_time_ns, &j.nearest);
 	/* a settled camera's counter tells as well as a pulse that is still to be reported */
 	if (!final && ((found == EDGES_LATER && !is_settled(j.camera)) || !ledger->edges.added))
@@ -386,7 +396,7 @@ enum ledger_verdict ledger_judge(struct ledger *ledger, uint32_t camera,
 	j.timed = on_grid(j.camera, j.nearest);
 	enum ledger_verdict verdict = judge_by_line(&j);
 	j.camera->seen_seq = frame->device_seq;
-	j.camera->seen_mid_exposure_ns = frame->mid_exposure_ns;
+	j.camera->seen_mid_exposure_ns = own.mid_exposure_ns;
 	if (verdict == LEDGER_TAKE)
 		finish(&j, shot, mid_exposure_ns);
 	return verdict;

@@ -24,8 +24,12 @@ enum ledger_event {
 	LEDGER_COUNTER_JUMPED, /* the counter went on by more than the exposures did */
 	LEDGER_PHASE_SLIPPED,  /* an HD frame exposed in another shot than the plan's phase says */
 	LEDGER_SLOWER_THAN_TRIGGER, /* it delivers only every second (third, ...) shot: once */
-	LEDGER_OUT_OF_STEP, /* its images are of another shot, says what the others see: once */
-	LEDGER_DARK,        /* it sees nothing where others see markers: strobe dead? once */
+	LEDGER_OUT_OF_STEP,   /* its images are of another shot, says what the others see: once */
+	LEDGER_DARK,          /* it sees nothing where others see markers: strobe dead? once */
+	LEDGER_OVEREXPOSED,   /* its spots are saturated where others' are not: exposure stuck? once
+			       */
+	LEDGER_MOVED,         /* it looks elsewhere than its calibration says: bumped? once */
+	LEDGER_CLOCK_STEPPED, /* its clock jumped: its times are put right from then on */
 	LEDGER_EVENT_COUNT
 };
 
@@ -58,11 +62,15 @@ struct ledger_camera {
 	int64_t lag_ns;         /* mean of frame's time - edge's */
 	int64_t arrival_min_ns; /* least time from mid-exposure to arrival */
 	uint32_t arrivals;      /* that it was learned from */
-	uint32_t gap, gap_run;  /* shots between delivered frames / divider, and how often so */
+	int64_t clock_off_ns;   /* what its clock has jumped by */
+	int64_t clock_seen_ns;  /* a jump that has yet to last, and for how many frames it did */
+	uint32_t clock_run;
+	uint32_t gap, gap_run; /* shots between delivered frames / divider, and how often so */
 
 	/* told by what it shows */
-	bool slower, out_of_step, dark;
-	uint32_t dark_run;
+	bool slower, out_of_step, dark, overexposed, moved;
+	uint32_t dark_run, overexposed_run;
+	double moved_px; /* mean shift of its picture, while it has moved */
 
 	/* for status */
 	uint32_t slip; /* last frame's shot % divider, from the phase on */
@@ -117,6 +125,19 @@ void ledger_close(struct ledger *ledger, uint64_t shot);
  * shot before. */
 void ledger_note_step(struct ledger *ledger, uint32_t camera, uint64_t shot, double off_shots);
 
-/* Blobs of the cameras in a closed shot; a negative count: it has no frame there. */
-void ledger_note_blobs(struct ledger *ledger, uint64_t shot, const int32_t *blob_counts,
+/* From ledger_judge: an accepted frame's time is so far from where its camera's times usually lie.
+ * False: nothing is to be learned from it. */
+bool ledger_note_clock(struct ledger *ledger, uint32_t camera, uint64_t shot, int64_t off_ns);
+
+/* From aim_check: by how much the camera's picture is shifted. */
+void ledger_note_aim(struct ledger *ledger, uint32_t camera, uint64_t shot, double shift_px);
+
+/* Of one camera in a shot. */
+struct ledger_blobs {
+	int32_t count;     /* negative: it has no frame there */
+	int32_t saturated; /* of them */
+};
+
+/* Blobs of the cameras in a closed shot. */
+void ledger_note_blobs(struct ledger *ledger, uint64_t shot, const struct ledger_blobs *blobs,
 		       uint32_t camera_count);

@@ -3,11 +3,18 @@
  */
 #include "track/ledger.h"
 
+#include <stdlib.h>
+
 #define OFF_SHOTS 0.6  /* off by most of a shot: out of step ... */
 #define BACK_SHOTS 0.3 /* ... until it is within so much again */
 #define DARK_BLOBS 2   /* that a dark camera may still see: lamps, the sun */
 #define LIT_BLOBS 16
-#define DARK_SHOTS 12
+#define BRIGHT_REST 5 /* of a good camera's spots at most one in so many is saturated */
+#define SIGN_SHOTS 12
+#define LITTLE_SHARE 16 /* of a period: times scatter by less */
+#define CLOCK_FRAMES 24 /* with one and the same jump, until it is the clock's */
+#define MOVED_PX 0.12   /* a picture that lies off by as much was not calibrated so ... */
+#define STEADY_PX 0.06  /* ... until it is within so much again */
 
 static void sign(struct ledger_camera *camera, enum ledger_event event, uint64_t shot)
 {
@@ -27,22 +34,85 @@ void ledger_note_step(struct ledger *ledger, uint32_t camera, uint64_t shot, dou
 		c->out_of_step = off >= OFF_SHOTS;
 }
 
-void ledger_note_blobs(struct ledger *ledger, uint64_t shot, const int32_t *blob_counts,
+static bool is_dark(const struct ledger_blobs *blobs, const struct ledger_blobs *all)
+{
+	return blobs->count <= DARK_BLOBS && all->count >= 2;
+}
+
+static bool is_bright(const struct ledger_blobs *blobs)
+{
+	return blobs->count >= LIT_BLOBS && 2 * blobs->saturated >= blobs->count;
+}
+
+/* Counts a state's shots in a row, and names it once it has lasted. */
+static bool lasts(struct ledger_camera *camera, uint32_t *run, bool holds, enum ledger_event event,
+		  uint64_t shot)
+{
+	*run = holds ? *run + 1 : 0;
+	if (*run == SIGN_SHOTS)
+		sign(camera, event, shot);
+	return *run >= SIGN_SHOTS;
+}
+
+void ledger_note_blobs(struct ledger *ledger, uint64_t shot, const struct ledger_blobs *blobs,
 		       uint32_t camera_count)
 {
-	uint32_t lit = 0;
+	struct ledger_blobs lit = {0, 0}; /* cameras that see enough; those whose spots are good */
 
-	for (uint32_t c = 0; c < camera_count; c++)
-		lit += blob_counts[c] >= LIT_BLOBS;
+	for (uint32_t c = 0; c < camera_count; c++) {
+		lit.count += blobs[c].count >= LIT_BLOBS;
+		lit.saturated += blobs[c].count >= LIT_BLOBS &&
+				 BRIGHT_REST * blobs[c].saturated <= blobs[c].count;
+	}
 	for (uint32_t c = 0; c < camera_count; c++) {
 		struct ledger_camera *camera = &ledger->cameras[c];
 
-		if (blob_counts[c] < 0)
+		if (blobs[c].count < 0)
 			continue;
-		camera->dark_run =
-			blob_counts[c] <= DARK_BLOBS && lit >= 2 ? camera->dark_run + 1 : 0;
-		if (camera->dark_run == DARK_SHOTS)
-			sign(camera, LEDGER_DARK, shot);
-		camera->dark = camera->dark_run >= DARK_SHOTS;
+		camera->dark = lasts(camera, &camera->dark_run, is_dark(&blobs[c], &lit),
+				     LEDGER_DARK, shot);
+		camera->overexposed =
+			lasts(camera, &camera->overexposed_run,
+			      is_bright(&blobs[c]) && lit.saturated >= 2, LEDGER_OVEREXPOSED, shot);
 	}
+}
+
+static int64_t nearest_multiple(int64_t value, int64_t of)
+{
+	return (value + (value < 0 ? -of : of) / 2) / of * of;
+}
+
+bool ledger_note_clock(struct ledger *ledger, uint32_t camera, uint64_t shot, int64_t off_ns)
+{
+	struct ledger_camera *c = &ledger->cameras[camera];
+	int64_t period_ns = ledger->edges.period_ns, little_ns = period_ns / LITTLE_SHARE;
+
+	/* whole periods are stamps of another shot: each is named when it is put right */
+	if (llabs(off_ns - nearest_multiple(off_ns, period_ns)) <= little_ns) {
+		c->clock_run = 0;
+		return true;
+	}
+	bool same = c->clock_run && llabs(off_ns - c->clock_seen_ns) <= little_ns;
+
+	c->clock_seen_ns = off_ns;
+	c->clock_run = same ? c->clock_run + 1 : 1;
+	if (c->clock_run < CLOCK_FRAMES)
+		return false;
+	c->clock_off_ns += off_ns;
+	c->clock_run = 0;
+	sign(c, LEDGER_CLOCK_STEPPED, shot);
+	return false;
+}
+
+void ledger_note_aim(struct ledger *ledger, uint32_t camera, uint64_t shot, double shift_px)
+{
+	struct ledger_camera *c = &ledger->cameras[camera];
+
+	if (c->out_of_step) /* which explains it better */
+		return;
+	c->moved_px = shift_px;
+	if (shift_px >= MOVED_PX && !c->moved)
+		sign(c, LEDGER_MOVED, shot);
+	if (shift_px >= MOVED_PX || shift_px < STEADY_PX)
+		c->moved = shift_px >= MOVED_PX;
 }

@@ -271,6 +271,26 @@ static void a_dead_strobe_is_dark(void **state)
 	virtual_station_end(station);
 }
 
+static void a_clock_that_steps_is_named_and_put_right(void **state)
+{
+	struct station *station = run_with(
+		STAGE("  - {camera: ir1, kind: clock_step, at_s: 1.5, step_ms: 2.5}\n"
+		      "  - {camera: ir2, kind: clock_step, at_s: 1.5, step_ms: 5}\n"
+		      "  - {camera: ir3, kind: clock_step, at_s: 1.5, for_s: 1, step_ms: -130}\n"),
+		0);
+
+	(void)state;
+	assert_int_equal(EVENTS(1, LEDGER_CLOCK_STEPPED), 1);
+	assert_int_equal(EVENTS(2, LEDGER_CLOCK_STEPPED), 1);
+	assert_int_equal(EVENTS(3, LEDGER_CLOCK_STEPPED), 2); /* there and back */
+	expect_only(station, 0, 0);
+	expect_only(station, 1, ONLY(LEDGER_CLOCK_STEPPED));
+	expect_only(station, 2, ONLY(LEDGER_CLOCK_STEPPED));
+	expect_only(station, 3, ONLY(LEDGER_CLOCK_STEPPED) | ONLY(LEDGER_SHIFTED));
+	assert_int_equal(atomic_load(&station->solver.incomplete), 0);
+	virtual_station_end(station);
+}
+
 static void an_hd_phase_that_slips_is_named(void **state)
 {
 	struct station *station =
@@ -294,6 +314,7 @@ int main(void)
 		cmocka_unit_test(a_camera_that_misses_every_other_trigger_is_slower),
 		cmocka_unit_test(an_unplugged_camera_comes_back_with_a_new_counter),
 		cmocka_unit_test(a_dead_strobe_is_dark),
+		cmocka_unit_test(a_clock_that_steps_is_named_and_put_right),
 		cmocka_unit_test(an_hd_phase_that_slips_is_named),
 	};
 

@@ -523,7 +523,9 @@ static void pictures_tell_of_a_camera_out_of_step(void **state)
 
 static void a_camera_without_light_is_dark(void **state)
 {
-	const int32_t lit[] = {70, 60, 50, 40}, dark[] = {1, 60, 50, -1}, empty[] = {0, 0, 1, 0};
+	const struct ledger_blobs lit[] = {{70, 0}, {60, 0}, {50, 0}, {40, 0}};
+	const struct ledger_blobs dark[] = {{1, 0}, {60, 0}, {50, 0}, {-1, 0}};
+	const struct ledger_blobs empty[] = {{0, 0}, {0, 0}, {1, 0}, {0, 0}};
 
 	(void)state;
 	start();

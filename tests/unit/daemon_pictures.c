@@ -1,0 +1,63 @@
+/*
+ * Faults that neither counter nor time shows: the pictures do. With the real pictures, blobs and
+ * tracker.
+ */
+#include "virtual_station.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+/* Nothing but `event`, once, at camera `camera`. */
+static void expect_once(const struct station *station, uint32_t camera, enum ledger_event event)
+{
+	for (uint32_t c = 0; c < 4; c++)
+		for (int e = 0; e < LEDGER_EVENT_COUNT; e++) {
+			uint64_t count = virtual_station_events(station, c, (enum ledger_event)e);
+
+			if (count != (c == camera && e == (int)event))
+				fail_msg("camera %u: %s %d times", c,
+					 ledger_event_name((enum ledger_event)e), (int)count);
+		}
+}
+
+#define TALKING(faults) "trigger: sim\nsim: {scene: talking, faults: [" faults "]}\n"
+
+static void a_stuck_exposure_is_named(void **state)
+{
+	struct station *station = virtual_station_start(
+		"talking", 0, TALKING("{camera: ir1, kind: stuck_exposure, at_s: 1, for_s: 0.5}"));
+
+	(void)state;
+	virtual_station_run_to(station, 1.3);
+	assert_true(atomic_load(&station->solver.book.cameras[1].overexposed));
+	virtual_station_run_to(station, 1.7);
+	assert_false(atomic_load(&station->solver.book.cameras[1].overexposed));
+	expect_once(station, 1, LEDGER_OVEREXPOSED);
+	virtual_station_end(station);
+}
+
+static void a_camera_bumped_by_a_fifth_of_a_milliradian_is_named(void **state)
+{
+	struct station *station = virtual_station_start(
+		"talking", 0, TALKING("{camera: ir2, kind: bump, at_s: 0.1, angle_mrad: 0.2}"));
+
+	(void)state;
+	virtual_station_run_to(station, 2.3);
+	expect_once(station, 2, LEDGER_MOVED);
+	assert_true(atomic_load(&station->solver.book.cameras[2].moved));
+	virtual_station_end(station);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_stuck_exposure_is_named),
+		cmocka_unit_test(a_camera_bumped_by_a_fifth_of_a_milliradian_is_named),
+	};
+
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
