@@ -34,7 +34,7 @@ struct playing {
 	int64_t elapsed_ns;
 };
 
-static const struct blob_play BLOBS = {.sigma_px = 0.03, .merge_px = 2.5};
+static const struct blob_play BLOBS = {0}; /* as the scene's optics have it */
 
 static volatile sig_atomic_t stopped;
 

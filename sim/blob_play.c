@@ -1,73 +1,148 @@
 /*
- * Projected truth plus noise; spots too close together are seen as one, in their middle.
+ * What a camera sees, spot by spot; then what the finder would err.
  */
 #include "sim/blob_play.h"
 
 #include <math.h>
 
 #include "base/rng.h"
-#include "sim/scene_parts.h"
+#include "sim/blob_play_spots.h"
+#include "sim/lamps.h"
+#include "sim/marker_spot.h"
+#include "sim/optics.h"
 
-static void add_blob(struct blob_set *set, double x_px, double y_px, double sigma_px)
+/* Wide tails and fixed patterns make some errors larger than noise does. */
+#define OUTLIER_SHARE 0.03
+#define OUTLIER_GAIN 3.0
+#define STRAY_RADIUS_PX 1.2
+#define SPOT_MAX (BLOB_MAX + LAMP_MAX)
+
+struct play_view {
+	struct play_camera camera;
+	const struct blob_play *play;
+	uint32_t count, lost;
+	struct play_spot spots[SPOT_MAX];
+};
+
+static void add_spot(struct play_view *view, const struct spot *spot)
 {
-	if (set->blob_count == BLOB_MAX) {
-		set->blobs_lost++;
+	if (view->count == SPOT_MAX) {
+		view->lost++;
 		return;
 	}
-	set->blobs[set->blob_count++] = (struct blob){.x_px = (float)x_px,
-						      .y_px = (float)y_px,
-						      .sigma_px = (float)sigma_px,
-						      .area_px2 = 12,
-						      .peak = 120};
+	bool found = play_spot_of(&view->camera, spot, &view->spots[view->count]);
+
+	if (view->play->sigma_px > 0)
+		view->spots[view->count].sigma_px = view->play->sigma_px;
+	view->count += found || view->play->sigma_px > 0;
 }
 
-/* Joins a spot to a blob within reach; the joined place is off by far more than the noise. */
-static bool join_blob(struct blob_set *set, double merge_px, const double pixel[2])
+static void add_markers(struct play_view *view, const struct sim_scene *scene,
+			const struct sim_truth *truth, uint32_t c, struct rng *rng)
 {
-	for (uint32_t b = 0; b < set->blob_count; b++) {
-		struct blob *blob = &set->blobs[b];
+	double brightness = marker_brightness(scene, c, MARKER_PEAK_GREY, view->camera.blur_px);
 
-		double dx = blob->x_px - pixel[0], dy = blob->y_px - pixel[1];
+	for (uint32_t m = 0; m < truth->marker_count; m++) {
+		const struct sim_truth_marker *marker = &truth->markers[m];
+		double pixel[2];
 
-		if (dx * dx + dy * dy >= merge_px * merge_px)
+		if (!(marker->visible_mask & (UINT32_C(1) << c)) ||
+		    !sim_camera_project(view->camera.eye, marker->p_stage_m, pixel) ||
+		    rng_uniform(rng) < view->play->lost_share)
 			continue;
-		blob->x_px = (float)(0.5 * (blob->x_px + pixel[0]));
-		blob->y_px = (float)(0.5 * (blob->y_px + pixel[1]));
-		blob->sigma_px = (float)(0.3 * merge_px);
-		blob->flags |= BLOB_MERGED;
-		return true;
+		struct vec3 to_camera =
+			vec3_unit(vec3_sub(view->camera.eye->centre_stage_m, marker->p_stage_m));
+		struct spot spot =
+			marker_spot(scene, truth, c, m, pixel,
+				    vec3_dot(to_camera, marker->normal_stage), brightness);
+
+		add_spot(view, &spot);
 	}
-	return false;
+}
+
+static void add_lamps(struct play_view *view, const struct sim_scene *scene,
+		      const struct sim_truth *truth, uint32_t c)
+{
+	struct spot lamps[LAMP_MAX];
+	uint32_t count = lamps_find(scene, truth, c, lamps);
+
+	for (uint32_t i = 0; i < count; i++)
+		add_spot(view, &lamps[i]);
+}
+
+static void add_strays(struct play_view *view, struct rng *rng)
+{
+	for (int i = 0; i < view->play->stray_count; i++) {
+		struct spot spot = {.centre_px = {rng_uniform(rng) * view->camera.eye->width_px,
+						  rng_uniform(rng) * view->camera.eye->height_px},
+				    .axes_px = {{STRAY_RADIUS_PX, 0}, {0, STRAY_RADIUS_PX}},
+				    .brightness = 60 + 200 * rng_uniform(rng)};
+
+		add_spot(view, &spot);
+	}
+}
+
+/* Standard deviation of the error of a blob whose noise is 1, and that error. */
+static double error_gain(int optics)
+{
+	double tail = OUTLIER_GAIN * OUTLIER_GAIN - 1;
+
+	return optics == SIM_OPTICS_TAILED ? sqrt(1 + OUTLIER_SHARE * tail) : 1;
+}
+
+static double draw_gain(int optics, struct rng *rng)
+{
+	if (optics != SIM_OPTICS_TAILED)
+		return 1;
+	return rng_uniform(rng) < OUTLIER_SHARE ? OUTLIER_GAIN : 1;
+}
+
+static void report(const struct play_view *view, int optics, struct rng *rng, struct blob_set *set)
+{
+	for (uint32_t i = 0; i < view->count; i++) {
+		const struct play_spot *spot = &view->spots[i];
+		double gain = spot->sigma_px * draw_gain(optics, rng);
+		double claimed_px = view->play->claimed_px > 0
+					    ? view->play->claimed_px
+					    : spot->sigma_px * error_gain(optics);
+		struct blob blob = {.x_px = (float)(spot->x_px + gain * rng_normal(rng)),
+				    .y_px = (float)(spot->y_px + gain * rng_normal(rng)),
+				    .sigma_px = (float)claimed_px,
+				    .area_px2 = (float)floor(spot->area_px2),
+				    .peak = (uint16_t)spot->peak_grey,
+				    .flags = (uint16_t)spot->flags};
+
+		for (int k = 0; k < 3; k++)
+			blob.shape_px2[k] = (float)spot->spread_px2[k];
+		if (set->blob_count == BLOB_MAX)
+			set->blobs_lost++;
+		else
+			set->blobs[set->blob_count++] = blob;
+	}
 }
 
 void blob_play_camera(const struct blob_play *play, const struct sim_scene *scene,
-		      const struct sim_truth *truth, uint64_t shot, uint32_t camera,
+		      const struct sim_truth *truth, uint64_t shot, uint32_t c,
 		      struct blob_set *set)
 {
-	const struct sim_camera *eye = scene_camera_at(scene, camera, truth->time_s);
+	struct play_view view;
 	struct rng rng;
-	double claimed_px = play->claimed_px > 0 ? play->claimed_px : play->sigma_px;
 
-	rng_init(&rng, scene->seed + shot * UINT64_C(0x9e3779b97f4a7c15), 128 + camera);
-	*set = (struct blob_set){.shot = shot,
-				 .device_seq = shot,
-				 .mid_exposure_ns = sim_scene_mid_exposure_ns(scene, shot),
-				 .uncertainty_ns = 1000};
-	for (uint32_t m = 0; m < truth->marker_count; m++) {
-		double pixel[2];
-
-		if (!(truth->markers[m].visible_mask & (UINT32_C(1) << camera)) ||
-		    !sim_camera_project(eye, truth->markers[m].p_stage_m, pixel) ||
-		    rng_uniform(&rng) < play->lost_share)
-			continue;
-		pixel[0] += play->sigma_px * rng_normal(&rng);
-		pixel[1] += play->sigma_px * rng_normal(&rng);
-		if (!join_blob(set, play->merge_px, pixel))
-			add_blob(set, pixel[0], pixel[1], claimed_px);
-	}
-	for (int i = 0; i < play->stray_count; i++)
-		add_blob(set, rng_uniform(&rng) * eye->width_px, rng_uniform(&rng) * eye->height_px,
-			 claimed_px);
+	view.camera = play_camera_of(scene, c, truth->time_s);
+	view.play = play;
+	view.count = view.lost = 0;
+	rng_init(&rng, scene->seed + shot * UINT64_C(0x9e3779b97f4a7c15), 128 + c);
+	set->shot = set->device_seq = shot;
+	set->mid_exposure_ns = sim_scene_mid_exposure_ns(scene, shot);
+	set->uncertainty_ns = 1000;
+	set->arrival_ns = set->found_ns = 0;
+	set->blob_count = 0;
+	add_markers(&view, scene, truth, c, &rng);
+	add_lamps(&view, scene, truth, c);
+	add_strays(&view, &rng);
+	view.count = play_spots_merge(view.spots, view.count, play->merge_px);
+	set->blobs_lost = view.lost;
+	report(&view, scene->script.optics, &rng, set);
 }
 
 void blob_play_fault(struct blob_set *set, sim_fault_mask faults)

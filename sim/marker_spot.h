@@ -12,6 +12,8 @@
 #include "sim/scene_parts.h"
 #include "sim/spot.h"
 
+#define MARKER_PEAK_GREY 175.0 /* of the smallest markers, facing an IR camera at its range */
+
 /* Brightness that gives the scene's smallest markers `peak_grey` when they face the camera at its
  * range. */
 double marker_brightness(const struct sim_scene *scene, uint32_t camera, double peak_grey,

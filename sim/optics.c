@@ -5,11 +5,21 @@
 
 #include <string.h>
 
+#include "base/rng.h"
+
 #define SHARPEST_SIGMA_PX 0.8
 #define SOFTER_SIGMA_PX 0.2
 #define SHARPEST_MOFFAT_PX 1.3
 #define SOFTER_MOFFAT_PX 0.3
 #define SIGMA_PER_MOFFAT 0.52 /* same width at half height, the pixel's lit part included */
+
+double optics_share(uint64_t seed, uint32_t camera)
+{
+	struct rng rng;
+
+	rng_init(&rng, seed, 48 + camera);
+	return rng_uniform(&rng);
+}
 
 int optics_init(struct optics *optics, int kind, double share)
 {

@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <stdint.h>
+
 #include "sim/script.h"
 #include "sim/spot.h"
 #include "sim/spot_tailed.h"
@@ -13,8 +15,10 @@ struct optics {
 	struct tail_blur *tail; /* owned; of SIM_OPTICS_TAILED alone */
 };
 
-/* `share`, 0 to 1, is where the lens's blur lies between the sharpest and the softest. Returns 0 or
- * -ENOMEM; then nothing is held. */
+/* Of a scene's camera: where its lens's blur lies between the sharpest (0) and the softest (1). */
+double optics_share(uint64_t seed, uint32_t camera);
+
+/* Returns 0 or -ENOMEM; then nothing is held. */
 int optics_init(struct optics *optics, int kind, double share);
 void optics_finish(struct optics *optics); /* zeroed optics are fine */
 

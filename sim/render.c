@@ -17,8 +17,7 @@
 
 #define STRIP_FRAMES 8
 #define HOT_PIXELS 4
-#define PAPER_GREY 150  /* of a calibration board that faces the camera at its range */
-#define PEAK_GREY 175.0 /* a nominal face marker, facing the camera at its range */
+#define PAPER_GREY 150 /* of a calibration board that faces the camera at its range */
 
 struct hot_pixel {
 	int x, y;
@@ -79,12 +78,14 @@ static int make_canvas(struct sim_renderer *renderer, enum sim_noise noise, stru
 static int set_camera(struct sim_renderer *renderer, enum sim_noise noise, struct rng *rng)
 {
 	const struct sim_scene *scene = renderer->scene;
-	double share = rng_uniform(rng), sigma_px = optics_sigma_px(scene->script.optics, share);
+	double share = optics_share(scene->seed, renderer->camera),
+	       sigma_px = optics_sigma_px(scene->script.optics, share);
 	int err = optics_init(&renderer->optics, scene->script.optics, share);
 
 	if (err)
 		return err;
-	renderer->brightness = marker_brightness(scene, renderer->camera, PEAK_GREY, sigma_px);
+	renderer->brightness =
+		marker_brightness(scene, renderer->camera, MARKER_PEAK_GREY, sigma_px);
 	set_hot_pixels(renderer, rng);
 	err = make_board(renderer, sigma_px);
 	return err ? err : make_canvas(renderer, noise, rng);

@@ -73,8 +73,8 @@ int main(int argc, char **argv)
 				      .seed = (uint64_t)argument(argc, argv, 2, 1),
 				      .camera_count = (uint32_t)argument(argc, argv, 4, 8),
 				      .rate_hz = argument(argc, argv, 5, 120)};
-	struct blob_play play = {.sigma_px = argument(argc, argv, 6, 0.03),
-				 .merge_px = argument(argc, argv, 7, 2.5),
+	struct blob_play play = {.sigma_px = argument(argc, argv, 6, 0),
+				 .merge_px = argument(argc, argv, 7, 0),
 				 .lost_share = argument(argc, argv, 8, 0),
 				 .stray_count = (int)argument(argc, argv, 9, 0)};
 	uint64_t start = (uint64_t)(argument(argc, argv, 10, 0) * options.rate_hz);

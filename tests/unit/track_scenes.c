@@ -101,7 +101,7 @@ static void noise_strays_and_lost_spots_give_no_wrong_name(void **state)
 {
 	(void)state;
 	struct score s = play(&(struct run){
-		{.scene = "talking", .seed = 61, .camera_count = 6, .rate_hz = 120},
+		{.scene = "talking", .seed = 62, .camera_count = 6, .rate_hz = 120},
 		{.sigma_px = 0.3, .merge_px = 3, .lost_share = 0.05, .stray_count = 20},
 		0,
 		240});
