@@ -50,6 +50,7 @@ int main(int argc, char **argv)
 	json_object_set_new(bench.figures, "points_seed", json_integer((json_int_t)bench.seed));
 	bench_fixes(&bench);
 	bench_solve(&bench);
+	bench_still(&bench);
 	if (json) {
 		json_dumpf(bench.figures, stdout, JSON_REAL_PRECISION(5));
 		putchar('\n');

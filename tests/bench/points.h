@@ -17,3 +17,6 @@ void bench_fixes(struct points_bench *bench);
 
 /* CPU of the tracker per shot, and of matching alone in a room of many cameras and actors. */
 void bench_solve(struct points_bench *bench);
+
+/* Allan deviation of a marker that stands still. */
+void bench_still(struct points_bench *bench);
