@@ -103,6 +103,12 @@ void shot_book_taken(struct shot_book *book, uint32_t camera)
 	book->judged_mask &= ~(UINT32_C(1) << camera);
 }
 
+void shot_book_late(struct shot_book *book, uint32_t camera, uint64_t shot)
+{
+	ledger_note_late(&book->ledger, camera, shot);
+	show(book, camera);
+}
+
 bool shot_book_hd_frame(struct shot_book *book, uint32_t camera, const struct ledger_frame *frame,
 			uint64_t *shot)
 {

@@ -47,6 +47,9 @@ void shot_book_edge_used(struct shot_book *book);
 struct front shot_book_front(struct shot_book *book, struct capture *capture, uint32_t camera,
 			     bool ended, bool final, const struct blob_set **set);
 
+/* A front was too late for its shot, of which no pulse told. */
+void shot_book_late(struct shot_book *book, uint32_t camera, uint64_t shot);
+
 /* The front was taken from its queue. */
 void shot_book_taken(struct shot_book *book, uint32_t camera);
 

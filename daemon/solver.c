@@ -172,6 +172,8 @@ static void consume(struct solver *solver, const struct sync_decision *decision)
 			shot_book_taken(&solver->book, c);
 		}
 		count(&solver->captures[c].counters.stale, (decision->stale_mask & bit) != 0);
+		if ((decision->stale_mask & bit) && !solver->pulses)
+			shot_book_late(&solver->book, c, solver->sync.last_shot);
 	}
 	if (decision->edge_used)
 		shot_book_edge_used(&solver->book);

@@ -14,6 +14,7 @@
 #include "daemon/accounts.h"
 #include "daemon/program_drivers.h"
 #include "daemon/realtime.h"
+#include "drivers/files.h"
 #include "drivers/trigger_plan.h"
 #include "sim/cameras.h"
 #include "sim/world.h"
@@ -101,6 +102,34 @@ static int open_world(struct station *station, struct diag *diag)
 	return err;
 }
 
+static int stall_disk(const struct config *config, const struct sim_fault *fault,
+		      struct open_camera *devices, struct diag *diag)
+{
+	double until_s = fault->for_s > 0 ? fault->at_s + fault->for_s : INT64_MAX / 2e9;
+	struct files_stall stall = {(int64_t)(fault->at_s * 1e9), (int64_t)(until_s * 1e9),
+				    (int64_t)(fault->delay_ms * 1e6), fault->every};
+	int err = 0;
+
+	for (uint32_t c = 0; c < config->camera_count; c++)
+		if (strcmp(config->cameras[c].name, fault->camera) == 0 && devices[c].camera)
+			err = files_camera_stall(devices[c].camera, &stall);
+	if (err)
+		diag_add(diag, "sim.faults: camera %s: more than %d times slow_disk", fault->camera,
+			 FILES_STALL_MAX);
+	return err;
+}
+
+/* Of recordings, the faults that are asked for. */
+static int stall_disks(const struct config *config, struct open_camera *devices, struct diag *diag)
+{
+	int err = 0;
+
+	for (uint32_t i = 0; !err && i < config->sim_faults.count; i++)
+		if (config->sim_faults.faults[i].kind == SIM_FAULT_SLOW_DISK)
+			err = stall_disk(config, &config->sim_faults.faults[i], devices, diag);
+	return err;
+}
+
 /* Hands the open devices to the captures; closes those that could not be handed over. */
 static int init_captures(struct station *station, struct open_camera *devices, struct diag *diag)
 {
@@ -180,6 +209,10 @@ static enum exit_code open_devices(struct station *station, struct diag *diag)
 	err = open_cameras(devices, &station->stage, UINT32_MAX, camera_drivers, diag);
 	if (err)
 		return open_exit_code(err);
+	if (stall_disks(&station->stage.config, devices, diag) < 0) {
+		close_cameras(devices, station->stage.config.camera_count);
+		return EXIT_CODE_BAD_INPUT;
+	}
 	station->period_ns = open_cameras_period_ns(devices, station->stage.ir_mask);
 	if (init_captures(station, devices, diag) < 0)
 		return EXIT_CODE_INTERNAL;

@@ -21,6 +21,19 @@ static void note_damage(struct files_camera *camera, const char *path, const cha
 	atomic_store_explicit(&camera->problem_known, true, memory_order_release);
 }
 
+static void stall(const struct files_camera *camera, const struct files_row *row)
+{
+	int64_t at_ns = row->mid_exposure_ns - camera->table.rows[0].mid_exposure_ns;
+
+	for (int i = 0; i < camera->stall_count; i++) {
+		const struct files_stall *s = &camera->stalls[i];
+
+		if (at_ns >= s->from_ns && at_ns < s->until_ns &&
+		    (row - camera->table.rows) % s->every == 0)
+			clock_sleep_until(clock_now_ns() + s->delay_ns);
+	}
+}
+
 /* Reads the image of the next row and steps past it. */
 static int read_next(struct files_camera *camera)
 {
@@ -31,6 +44,8 @@ static int read_next(struct files_camera *camera)
 	camera->row = row;
 	camera->next_row++;
 	bool was_in_section = realtime_pause(); /* the disk: a documented exception */
+
+	stall(camera, row);
 	int err = image_read(&camera->reader, path, &camera->image, problem);
 
 	realtime_resume(was_in_section);
@@ -120,6 +135,16 @@ void files_release(struct camera *base, struct frame *frame)
 uint64_t files_camera_damaged_count(const struct camera *base)
 {
 	return atomic_load(&((const struct files_camera *)base)->damaged_count);
+}
+
+int files_camera_stall(struct camera *base, const struct files_stall *stall)
+{
+	struct files_camera *camera = (struct files_camera *)base;
+
+	if (camera->stall_count == FILES_STALL_MAX)
+		return -ENOSPC;
+	camera->stalls[camera->stall_count++] = *stall;
+	return 0;
 }
 
 const char *files_camera_problem(const struct camera *base)

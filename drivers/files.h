@@ -21,3 +21,15 @@ extern const struct camera_driver files_camera_driver_unpaced;
  * ("DIR/000007.pgm: truncated: ..."), "" when there is none. */
 uint64_t files_camera_damaged_count(const struct camera *camera);
 const char *files_camera_problem(const struct camera *camera);
+
+/* A slow disk, for trials: of the images exposed from `from_ns` to `until_ns` after the recording's
+ * first, every Nth takes `delay_ns` longer to read. */
+struct files_stall {
+	int64_t from_ns, until_ns, delay_ns;
+	int every;
+};
+
+#define FILES_STALL_MAX 8
+
+/* Control thread, between open and start. Returns 0, or -ENOSPC when there are as many already. */
+int files_camera_stall(struct camera *camera, const struct files_stall *stall);

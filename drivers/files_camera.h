@@ -20,6 +20,8 @@ struct files_camera {
 	enum pixel_format format;
 	int64_t shift_ns; /* recorded time to CLOCK_MONOTONIC; 0 unpaced */
 	bool started;
+	struct files_stall stalls[FILES_STALL_MAX];
+	int stall_count;
 	/* owned by the capture thread */
 	struct image_reader reader;
 	struct image image;

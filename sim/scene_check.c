@@ -5,7 +5,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "sim/body.h"
 #include "sim/cameras.h"
+#include "sim/face.h"
 #include "sim/scene_file_parts.h"
 
 #define ACTORS_APART_M 0.4 /* of two heads */
@@ -39,13 +41,13 @@ static void check_markers(struct yaml *yaml, const struct scene_reading *r, uint
 	struct scene_spot spot = spot_of(r, index, ACTOR_FACE_MARKERS, "face_markers");
 	int face = actor->face_markers, body = actor->body_markers;
 
-	if (face != 0 && face != 35 && face != 70 && face != 182)
+	if (!face_count_known(face))
 		yaml_complain(yaml, spot.place, spot.field,
 			      "there is no face of %d markers: use 0, 35, 70 or 182", face);
 	else if (face == 0 && body == 0)
 		yaml_complain(yaml, spot.place, spot.field, "the actor wears no markers at all");
 	spot = spot_of(r, index, ACTOR_BODY_MARKERS, "body_markers");
-	if (body != 0 && body != 22)
+	if (body != 0 && body != BODY_MARKER_COUNT)
 		yaml_complain(yaml, spot.place, spot.field,
 			      "there is no body of %d markers: use 0 or 22", body);
 }

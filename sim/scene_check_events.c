@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "sim/body.h"
+#include "sim/face.h"
 #include "sim/scene_file_parts.h"
 
 enum what { WHAT_NOTHING, WHAT_EXPRESSION, WHAT_MARKER, WHAT_GROUP };
@@ -67,7 +69,37 @@ static const struct sim_actor_script *find_actor(const struct checking *c)
 	return NULL;
 }
 
-static void check_what(const struct checking *c)
+static bool is_called(const struct layout_marker *marker, enum what what, const char *name)
+{
+	return strcmp(what == WHAT_MARKER ? marker->name : marker->group, name) == 0;
+}
+
+/* Names do not depend on the seed. Groups are those of the face. */
+static bool wears(const struct sim_actor_script *actor, enum what what, const char *name)
+{
+	const struct face_options options = {.marker_count = actor->face_markers};
+	static struct face face; /* control thread only; too large for its stack */
+	static struct body body;
+
+	face_init(&face, &options, 1);
+	for (uint32_t m = 0; m < face.marker_count; m++)
+		if (is_called(&face.markers[m].wanted, what, name))
+			return true;
+	if (!actor->body_markers || what != WHAT_MARKER)
+		return false;
+	body_init(&body, true, 0, 1);
+	for (int m = 0; m < BODY_MARKER_COUNT; m++)
+		if (is_called(&body.markers[m].wanted, what, name))
+			return true;
+	return false;
+}
+
+static bool is_known(enum what what, const char *name, const struct sim_actor_script *actor)
+{
+	return what == WHAT_EXPRESSION ? face_pose_find(name) >= 0 : wears(actor, what, name);
+}
+
+static void check_what(const struct checking *c, const struct sim_actor_script *actor)
 {
 	static const char *const words[] = {"", "expression", "marker", "marker group"};
 	enum what what = c->rule->what;
@@ -77,6 +109,10 @@ static void check_what(const struct checking *c)
 		yaml_complain(c->yaml, spot.place, spot.field, "this kind of event has none");
 	else if (what != WHAT_NOTHING && !is_given(c, EVENT_WHAT))
 		yaml_complain(c->yaml, spot.place, spot.field, "missing: which %s?", words[what]);
+	else if (what != WHAT_NOTHING && actor && *c->event->what &&
+		 !is_known(what, c->event->what, actor))
+		yaml_complain(c->yaml, spot.place, spot.field, "actor '%s' has no %s '%s'",
+			      actor->name, words[what], c->event->what);
 }
 
 static void check_amount(const struct checking *c)
@@ -121,8 +157,7 @@ void scene_check_events(struct yaml *yaml, const struct scene_reading *r)
 		c.rule = &rules[event->kind];
 		check_time(&c);
 		check_amount(&c);
-		check_what(&c);
-		if (!c.rule->nobodys || is_given(&c, EVENT_ACTOR))
-			find_actor(&c);
+		check_what(&c,
+			   c.rule->nobodys && !is_given(&c, EVENT_ACTOR) ? NULL : find_actor(&c));
 	}
 }

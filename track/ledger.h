@@ -118,6 +118,9 @@ enum ledger_verdict ledger_judge(struct ledger *ledger, uint32_t camera,
 enum ledger_verdict ledger_watch(struct ledger *ledger, uint32_t camera,
 				 const struct ledger_frame *frame);
 
+/* Where no pulses are known: a frame came when its shot was closed. */
+void ledger_note_late(struct ledger *ledger, uint32_t camera, uint64_t shot);
+
 /* Shots up to this one are closed: frames of them are late from now on. */
 void ledger_close(struct ledger *ledger, uint64_t shot);
 

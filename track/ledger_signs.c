@@ -23,6 +23,11 @@ static void sign(struct ledger_camera *camera, enum ledger_event event, uint64_t
 	camera->event_shot = shot;
 }
 
+void ledger_note_late(struct ledger *ledger, uint32_t camera, uint64_t shot)
+{
+	sign(&ledger->cameras[camera], LEDGER_LATE, shot);
+}
+
 void ledger_note_step(struct ledger *ledger, uint32_t camera, uint64_t shot, double off_shots)
 {
 	struct ledger_camera *c = &ledger->cameras[camera];
