@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "config/masks.h"
 #include "config/plan.h"
 #include "config/yaml.h"
 
@@ -33,33 +34,9 @@ static const char *const roles[] = {"ir", "hd", NULL};
 
 #define CAMERA_AT(member) offsetof(struct config_camera, member)
 
-#define AREA_NUMBER(member, low)                                                          \
-	.kind = YAML_INT, .offset = offsetof(struct mask_area, member), .required = true, \
-	.min = (low), .max = 16384, .unit = "pixels"
-
-static const struct yaml_key area_keys[] = {
-	{"x", AREA_NUMBER(x_px, 0)},
-	{"y", AREA_NUMBER(y_px, 0)},
-	{"width", AREA_NUMBER(width_px, 1)},
-	{"height", AREA_NUMBER(height_px, 1)},
-	{0},
-};
-
 static void read_mask(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
-	struct mask *mask = &((struct config_camera *)target)->mask;
-	struct yaml_value item;
-	char field[YAML_FIELD_BYTES];
-	void *iterator = NULL;
-	int index = -1;
-
-	while (yaml_next_item(yaml, value, &iterator, &index, &item, field)) {
-		if (index == MASK_AREA_MAX) {
-			yaml_complain(yaml, item.place, field, "more than %d areas", MASK_AREA_MAX);
-			return;
-		}
-		yaml_read_mapping(yaml, &item, area_keys, &mask->areas[mask->area_count++], NULL);
-	}
+	mask_read(yaml, value, &((struct config_camera *)target)->mask);
 }
 
 static const struct yaml_key camera_keys[] = {
@@ -75,6 +52,7 @@ static const struct yaml_key camera_keys[] = {
 	{"gain_db", YAML_DOUBLE, CAMERA_AT(wanted.gain_db), .min = 0, .max = 60,
 	 .unit = "decibels"},
 	{"mask", YAML_CUSTOM, .read = read_mask},
+	{"electrons_per_grey", YAML_DOUBLE, CAMERA_AT(electrons_per_grey), .min = 0.01, .max = 1e5},
 	{0},
 };
 
@@ -285,6 +263,7 @@ static const struct yaml_key keys[] = {
 	 NUMBER(YAML_DOUBLE, plan.strobe_duty_max, 0.001, 1, "share of the time")},
 	{"hd", YAML_CUSTOM, .read = read_hd},
 	{"socket_dir", YAML_TEXT, AT(socket_dir), .size = PATH_MAX},
+	{"masks", YAML_TEXT, AT(masks_path), .size = PATH_MAX},
 	{"blobs", YAML_CUSTOM, .read = read_blobs},
 	{"tracking", YAML_CUSTOM, .read = read_tracking},
 	{"sim", YAML_CUSTOM, .read = read_sim},
@@ -303,6 +282,7 @@ enum {
 	KEY_STROBE_DUTY,
 	KEY_HD,
 	KEY_SOCKET_DIR,
+	KEY_MASKS,
 	KEY_COUNT = sizeof(keys) / sizeof(*keys) - 1
 };
 
@@ -406,6 +386,34 @@ static void check_clock(struct yaml *yaml, const struct config *config)
 			      config->trigger);
 }
 
+/* Masks from their own file. */
+static void add_masks(struct yaml *yaml, struct config *config, struct yaml_place place)
+{
+	static struct masks masks; /* control thread only */
+
+	if (!*config->masks_path)
+		return;
+	resolve(yaml, config, config->masks_path, place, "masks", PATH_MAX - 1);
+	if (masks_load(&masks, config->masks_path, yaml->diag) < 0) {
+		yaml->failed = true;
+		return;
+	}
+	for (uint32_t m = 0; m < masks.count; m++) {
+		struct config_camera *camera = config_find_camera(config, masks.cameras[m].camera);
+
+		if (!camera || camera->role != ROLE_IR)
+			yaml_complain(yaml, place, "masks", "%s: there is no camera %s of role ir",
+				      config->masks_path, masks.cameras[m].camera);
+		else if (camera->mask.area_count)
+			yaml_complain(yaml, (struct yaml_place){camera->line, camera->column},
+				      "cameras",
+				      "camera %s has a mask here and in %s: keep one of them",
+				      camera->name, config->masks_path);
+		else
+			camera->mask = masks.cameras[m].mask;
+	}
+}
+
 static void read_config(struct yaml *yaml, struct reading *reading)
 {
 	struct config *config = &reading->config;
@@ -421,8 +429,26 @@ static void read_config(struct yaml *yaml, struct reading *reading)
 		resolve(yaml, config, config->sim_scene, root.place, "sim.scene", PATH_MAX - 1);
 	resolve(yaml, config, config->rig_dir, places[KEY_RIG], "rig", PATH_MAX - NAME_BYTES - 16);
 	resolve_layouts(yaml, config, places, &root);
+	add_masks(yaml, config, places[KEY_MASKS]);
 	resolve(yaml, config, config->socket_dir, places[KEY_SOCKET_DIR], "socket_dir",
 		108 - 1 - SOCKET_NAME_MAX);
+}
+
+struct config_camera *config_find_camera(struct config *config, const char *name)
+{
+	for (uint32_t c = 0; c < config->camera_count; c++)
+		if (strcmp(config->cameras[c].name, name) == 0)
+			return &config->cameras[c];
+	return NULL;
+}
+
+struct blob_settings config_blobs(const struct config *config, uint32_t camera)
+{
+	struct blob_settings settings = config->blobs;
+
+	if (config->cameras[camera].electrons_per_grey > 0)
+		settings.electrons_per_grey = config->cameras[camera].electrons_per_grey;
+	return settings;
 }
 
 int config_load(struct config *config, const char *path, struct diag *diag)

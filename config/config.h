@@ -28,6 +28,7 @@ struct config_camera {
 	enum camera_role role;
 	struct camera_mode wanted; /* zero fields: the device's own choice */
 	struct mask mask;          /* spots there do not count */
+	double electrons_per_grey; /* of its sensor; 0: that of `blobs` */
 	int line, column;          /* of the camera in the file, for messages */
 };
 
@@ -42,6 +43,7 @@ struct config {
 	struct trigger_plan plan;  /* period from rate_hz (default 120) */
 	uint32_t camera_count;
 	struct config_camera cameras[CAMERA_MAX];
+	char masks_path[PATH_MAX]; /* "" for none */
 	struct blob_settings blobs;
 	struct tracker_settings tracking;
 	/* only for sim: cameras */
@@ -56,3 +58,9 @@ struct config {
 /* Reads and checks the file alone (not what it names). Every error is one message
  * "file:line:column: field: what is wrong". Returns 0, -EINVAL, or the errno of reading it. */
 int config_load(struct config *config, const char *path, struct diag *diag);
+
+/* NULL when there is none of this name. */
+struct config_camera *config_find_camera(struct config *config, const char *name);
+
+/* How blobs are found in a camera's images. */
+struct blob_settings config_blobs(const struct config *config, uint32_t camera);

@@ -119,11 +119,12 @@ static int start_reader(struct recording *recording, uint32_t index, const struc
 			struct open_camera *camera, struct diag *diag)
 {
 	struct reader *reader = &recording->readers[index];
+	struct blob_settings blobs = config_blobs(&stage->config, index);
 
 	reader->recording = recording;
 	reader->camera = camera;
 	int err = blob_finder_create(&reader->finder, camera->granted.width_px,
-				     camera->granted.height_px, &stage->config.blobs);
+				     camera->granted.height_px, &blobs);
 	if (!err)
 		err = ring_init(&reader->ring, sizeof(struct blob_set), READ_AHEAD);
 	if (err) {

@@ -19,6 +19,8 @@ int verb_status(const struct verb *verb, int argc, char **argv);
 int verb_camera_list(const struct verb *verb, int argc, char **argv);
 int verb_camera_show(const struct verb *verb, int argc, char **argv);
 int verb_camera_preview(const struct verb *verb, int argc, char **argv);
+int verb_camera_mask(const struct verb *verb, int argc, char **argv);
+int verb_camera_noise(const struct verb *verb, int argc, char **argv);
 int verb_stream_tap(const struct verb *verb, int argc, char **argv);
 int verb_config_check(const struct verb *verb, int argc, char **argv);
 int verb_process(const struct verb *verb, int argc, char **argv);

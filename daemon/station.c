@@ -138,10 +138,11 @@ static int init_captures(struct station *station, struct open_camera *devices, s
 
 	for (uint32_t c = 0; c < config->camera_count; c++) {
 		struct capture *capture = &station->captures[c];
+		struct blob_settings blobs = config_blobs(config, c);
 
 		if (!err)
-			err = capture_init(capture, &config->cameras[c], &devices[c],
-					   &config->blobs, queue_length(station));
+			err = capture_init(capture, &config->cameras[c], &devices[c], &blobs,
+					   queue_length(station));
 		if (!err)
 			devices[c].camera = NULL;
 		capture->control_wake_fd = station->wake_fd;

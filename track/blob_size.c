@@ -6,10 +6,11 @@
 #include <math.h>
 
 #define DISC_SHARE (1 / 16.0)    /* of D2, a uniform disc's spread along one axis */
-#define MODEL_ERROR 0.06         /* of a spread: spots are neither Gaussians nor discs */
+#define MODEL_ERROR 0.1         /* of a spread: spots are neither Gaussians nor discs */
 #define MODEL_ERROR_CLIPPED 0.35 /* clipping widens what is left */
+#define GRID_ERROR_PX2 0.1       /* small spots are counted in whole pixels */
 #define BLUR_ERROR 0.1
-#define CLEARLY 3 /* standard deviations by which two markers are longer than one */
+#define CLEARLY 2 /* standard deviations by which two markers are longer than one */
 
 /* A centroid of n photons errs by sqrt(spread / n), the spread itself by sqrt(2 / n) spreads. */
 static double spread_sigma_px2(const struct blob *blob, double spread_px2)
@@ -17,7 +18,7 @@ static double spread_sigma_px2(const struct blob *blob, double spread_px2)
 	double noise = sqrt(2 * spread_px2) * (double)blob->sigma_px;
 	double model = blob->flags & BLOB_SATURATED ? MODEL_ERROR_CLIPPED : MODEL_ERROR;
 
-	return hypot(noise, model * spread_px2);
+	return hypot(hypot(noise, GRID_ERROR_PX2), model * spread_px2);
 }
 
 bool blob_axes(const struct blob *blob, struct blob_axes *out)

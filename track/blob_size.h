@@ -37,5 +37,5 @@ bool blob_estimate_diameter(const struct blob *blob, double m_per_px, double blu
  * spread of one of them along the line between the two, from the camera's other blobs of the same
  * kind (or the blob's own minor axis, where the markers are round). The parts' sigma_px is that
  * along the line, where it is larger. Returns false when the blob is not longer than one marker by
- * three standard deviations. */
+ * two standard deviations. */
 bool blob_split_two(const struct blob *blob, double part_px2, struct blob out[2]);

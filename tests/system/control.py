@@ -339,3 +339,56 @@ def test_what_cannot_be_done_now_is_told_with_its_remedy(start, own_config):
     assert "SCHED_FIFO" in station.ctl("status").stdout
     refused = station.ctl("start")
     assert refused.returncode == 7 and "stagectl stop first" in refused.stderr
+
+
+def test_mask_is_found_set_saved_and_read_again(start, own_config, tmp_path):
+    masks = own_config.parent / "masks.yaml"
+    own_config.write_text(own_config.read_text().replace("scene: talking", "scene: rest") +
+                          "masks: masks.yaml\n")
+    station = start(own_config)
+    station.wait_running()
+    found = station.ctl("camera", "mask", "ir0", "--auto", "--seconds", "1", "--save", str(masks),
+                        "--json")
+    assert found.returncode == 0
+    areas = json.loads(found.stdout)["mask"]
+    assert 1 <= len(areas) <= 16
+    shown = json.loads(station.ctl("camera", "mask", "ir0", "--json").stdout)
+    assert shown == {"camera": "ir0", "mask": areas}
+    cleared = station.ctl("camera", "mask", "ir0", "--clear")
+    assert cleared.stdout == "mask: []\n"
+    assert json.loads(station.ctl("camera", "mask", "ir0", "--json").stdout)["mask"] == []
+    wrong = station.ctl("camera", "mask", "nobody", "--auto")
+    assert wrong.returncode != 0 and "nobody" in wrong.stderr
+    station.stop()
+    again = start(own_config, socket_dir=tmp_path / "again")
+    again.wait_running()
+    assert json.loads(again.ctl("camera", "mask", "ir0", "--json").stdout)["mask"] == areas
+    masks.write_text("masks:\n- {camera: ir9, mask: []}\n")
+    checked = ctl("config", "check", str(own_config))
+    assert checked.returncode == 3 and "no camera ir9 of role ir" in checked.stderr
+
+
+def write_pgm(path, rows):
+    path.write_bytes(b"P5\n%d %d\n255\n" % (len(rows[0]), len(rows)) + rows.tobytes())
+
+
+def test_noise_of_a_camera_is_measured_from_a_recording(tmp_path):
+    numpy = pytest.importorskip("numpy")
+    random = numpy.random.default_rng(1)
+    light = numpy.tile(numpy.linspace(10, 220, 640), (200, 1))
+    table = ["shot,mid_exposure_ns,uncertainty_ns,file"]
+    for shot in range(6):
+        image = light + random.normal(size=light.shape) * numpy.sqrt(4 + light / 25)
+        write_pgm(tmp_path / f"{shot}.pgm", numpy.clip(numpy.rint(image), 0, 255).astype("uint8"))
+        table.append(f"{shot},{1000000000 + 8333333 * shot},1000,{shot}.pgm")
+    (tmp_path / "frames.csv").write_text("\n".join(table) + "\n")
+    measured = ctl("camera", "noise", f"files:{tmp_path}", "--json")
+    assert measured.returncode == 0, measured.stderr
+    noise = json.loads(measured.stdout)
+    assert abs(noise["electrons_per_grey"] / 25 - 1) < 0.1
+    told = ctl("camera", "noise", f"files:{tmp_path}")
+    assert "electrons_per_grey:" in told.stdout
+    write_pgm(tmp_path / "0.pgm", numpy.full((200, 640), 10, "uint8"))
+    (tmp_path / "frames.csv").write_text("\n".join(table[:2]) + "\n")
+    refused = ctl("camera", "noise", f"files:{tmp_path}")
+    assert refused.returncode == 3 and "fewer than two images" in refused.stderr
