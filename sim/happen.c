@@ -192,19 +192,22 @@ bool happenings_worn(const struct happenings *happenings, uint32_t actor, uint32
 	return true;
 }
 
-/* In from below the left cheek, over nose and mouth, and out to the right; with the forearm. */
+/* Close along the face from below the left cheek, over nose and mouth, to the right; with the
+ * forearm. */
 static uint32_t add_hand(const struct pose *rt_stage_neck, double share,
 			 struct sim_truth_occluder *out)
 {
-	struct vec3 palm = {(0.24 - 0.48 * share), -0.27 + 0.26 * sin(M_PI * share), 0.165};
-	struct pose hand = pose_from_rotation_vector((struct vec3){0, 0, 0.5 * (0.5 - share)});
+	double azimuth_rad = (0.5 - share) * 170 * RAD, away_m = 0.11 + 0.04 * cos(azimuth_rad);
+	struct pose hand = pose_from_rotation_vector((struct vec3){0, azimuth_rad, 0});
+	struct vec3 palm = {away_m * sin(azimuth_rad), -0.22 + 0.2 * sin(M_PI * share),
+			    away_m * cos(azimuth_rad)};
 	struct pose arm = hand;
 
 	hand.t = palm;
 	arm.t = vec3_add(palm, pose_rotate(&hand, (struct vec3){0, -0.24, 0.02}));
 	hand = pose_compose(rt_stage_neck, &hand);
 	arm = pose_compose(rt_stage_neck, &arm);
-	out[0] = occluder_make(&hand, (struct vec3){45 * MM, 95 * MM, 18 * MM});
+	out[0] = occluder_make(&hand, (struct vec3){52 * MM, 100 * MM, 13 * MM});
 	out[1] = occluder_make(&arm, (struct vec3){35 * MM, 170 * MM, 35 * MM});
 	return 2;
 }

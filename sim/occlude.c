@@ -45,8 +45,15 @@ bool occluder_matters(const struct sim_truth_occluder *o, struct vec3 middle, do
 		      struct vec3 to)
 {
 	struct vec3 d = vec3_sub(to, middle), c = vec3_sub(o->centre_stage_m, middle);
-	double along = fmin(fmax(vec3_dot(c, d) / vec3_dot(d, d), 0), 1);
-	double apart_m = vec3_distance(c, vec3_scale(d, along));
+	double along = vec3_dot(c, d), length2 = vec3_dot(d, d), reach_m = o->radius_m + radius_m;
+	double room2 = vec3_dot(c, c) - reach_m * reach_m;
 
-	return apart_m < o->radius_m + radius_m;
+	if (along <= 0)
+		return room2 < 0;
+	if (along >= length2) {
+		struct vec3 behind = vec3_sub(c, d);
+
+		return vec3_dot(behind, behind) < reach_m * reach_m;
+	}
+	return room2 * length2 < along * along;
 }

@@ -7,7 +7,7 @@
 
 #define STAND_OFF_M 0.5e-3 /* a disc lies on the skin, not in it */
 #define LAMP_OFF_M 0.03    /* a strobe's middle above its lens */
-#define BORDER_STEPS 64
+#define BORDER_STEPS 128
 
 static bool inside_image(const struct sim_camera *camera, const double pixel[2])
 {
@@ -31,7 +31,7 @@ static double border(const struct sim_camera *camera, double angle_rad)
 {
 	double in = 0, out = 1.5;
 
-	for (int i = 0; i < 30; i++) {
+	for (int i = 0; i < 20; i++) {
 		double middle = 0.5 * (in + out);
 		double ray[2] = {middle * cos(angle_rad), middle * sin(angle_rad)};
 
@@ -47,7 +47,7 @@ static double border(const struct sim_camera *camera, double angle_rad)
  * steps in between may miss is taken off. */
 static void set_window(struct scene_window *window, const struct sim_camera *camera)
 {
-	const double slack = 0.02;
+	const double slack = 0.004;
 	double corner = atan2(camera->height_px, camera->width_px);
 
 	*window = (struct scene_window){.inner = {-9, 9, -9, 9}};
@@ -157,22 +157,34 @@ bool scene_camera_sees_ghost(const struct sim_scene *scene, const struct sim_tru
 	return true;
 }
 
+#define GROUP_MAX (2 * SIM_ACTOR_MAX)
+
+/* The markers of a face or a body, and a sphere around them. */
+struct group {
+	uint32_t first, count;
+	struct vec3 middle;
+	double radius_m;
+};
+
 /* One camera before one truth. */
 struct look {
 	const struct sim_scene *scene;
 	const struct sim_truth *truth;
+	uint32_t group_count;
+	struct group groups[GROUP_MAX];
 	uint32_t index;
 	const struct sim_camera *camera;
 	struct vec3 eye;
 	struct vec3 eye_unit[SIM_OCCLUDER_MAX];
 };
 
-static uint64_t mattering(const struct look *look, struct vec3 middle, double radius_m)
+static uint64_t mattering(const struct look *look, const struct group *group)
 {
 	uint64_t mask = 0;
 
 	for (uint32_t o = 0; o < look->truth->occluder_count; o++)
-		if (occluder_matters(&look->truth->occluders[o], middle, radius_m, look->eye))
+		if (occluder_matters(&look->truth->occluders[o], group->middle, group->radius_m,
+				     look->eye))
 			mask |= UINT64_C(1) << o;
 	return mask;
 }
@@ -197,54 +209,50 @@ static bool sees(const struct look *look, uint32_t m, uint64_t mask)
 	return true;
 }
 
-/* The markers of a face or a body; all of them are within radius_m of the middle. */
-static void look_at_group(const struct look *look, struct vec3 middle, double radius_m,
-			  uint32_t first, uint32_t count, struct sim_truth *out)
+static void look_at(const struct look *look, const struct group *group, struct sim_truth *out)
 {
-	uint64_t mask = count ? mattering(look, middle, radius_m) : 0;
+	uint64_t mask = mattering(look, group);
 
-	for (uint32_t m = first; m < first + count; m++)
+	for (uint32_t m = group->first; m < group->first + group->count; m++)
 		if (sees(look, m, mask))
 			out->markers[m].visible_mask |= UINT32_C(1) << look->index;
 }
 
-static struct vec3 middle_of(const struct sim_truth *truth, uint32_t first, uint32_t count,
-			     double *radius_m)
+static void add_group(struct look *look, uint32_t first, uint32_t count)
 {
-	struct vec3 middle = {0, 0, 0};
+	struct group *group = &look->groups[look->group_count];
+	struct vec3 sum = {0, 0, 0};
+	double most2 = 0;
 
-	*radius_m = 0;
+	if (count == 0)
+		return;
 	for (uint32_t m = first; m < first + count; m++)
-		middle = vec3_add(middle, vec3_scale(truth->markers[m].p_stage_m, 1.0 / count));
-	for (uint32_t m = first; m < first + count; m++)
-		*radius_m = fmax(*radius_m, vec3_distance(middle, truth->markers[m].p_stage_m));
-	return middle;
+		sum = vec3_add(sum, look->truth->markers[m].p_stage_m);
+	*group = (struct group){.first = first, .count = count};
+	group->middle = vec3_scale(sum, 1.0 / count);
+	for (uint32_t m = first; m < first + count; m++) {
+		struct vec3 d = vec3_sub(look->truth->markers[m].p_stage_m, group->middle);
+
+		most2 = fmax(most2, vec3_dot(d, d));
+	}
+	group->radius_m = sqrt(most2);
+	look->group_count++;
 }
 
 static void look_around(struct look *look, struct sim_truth *out)
 {
-	const struct sim_scene *scene = look->scene;
 	struct vec3 p;
-	double pixel[2], value;
+	double pixel[2], brightness;
 
-	look->camera = scene_camera_at(scene, look->index, out->time_s);
+	look->camera = scene_camera_at(look->scene, look->index, out->time_s);
 	look->eye = look->camera->centre_stage_m;
 	for (uint32_t o = 0; o < out->occluder_count; o++)
 		look->eye_unit[o] = occluder_to_unit(&out->occluders[o], look->eye);
-	for (uint32_t a = 0; a < scene->actor_count; a++) {
-		const struct scene_actor *actor = &scene->actors[a];
-		uint32_t face_count = actor->face.marker_count;
-		uint32_t first[2] = {actor->first_marker, actor->first_marker + face_count};
-		uint32_t count[2] = {face_count, actor->marker_count - face_count};
-
-		for (int part = 0; part < 2; part++) {
-			struct vec3 middle = middle_of(out, first[part], count[part], &value);
-
-			look_at_group(look, middle, value, first[part], count[part], out);
-		}
-	}
+	for (uint32_t g = 0; g < look->group_count; g++)
+		look_at(look, &look->groups[g], out);
 	for (uint32_t g = 0; g < out->ghost_count; g++)
-		if (scene_camera_sees_ghost(scene, out, look->index, g, &p, pixel, &value))
+		if (scene_camera_sees_ghost(look->scene, out, look->index, g, &p, pixel,
+					    &brightness))
 			out->ghosts[g].visible_mask |= UINT32_C(1) << look->index;
 }
 
@@ -253,6 +261,14 @@ void sim_scene_truth(const struct sim_scene *scene, double time_s, struct sim_tr
 	struct look look = {.scene = scene, .truth = out};
 
 	scene_pose_markers(scene, time_s, out);
+	for (uint32_t a = 0; a < scene->actor_count; a++) {
+		const struct scene_actor *actor = &scene->actors[a];
+		uint32_t face_count = actor->face.marker_count;
+
+		add_group(&look, actor->first_marker, face_count);
+		add_group(&look, actor->first_marker + face_count,
+			  actor->marker_count - face_count);
+	}
 	for (look.index = 0; look.index < scene->camera_count; look.index++)
 		look_around(&look, out);
 }
