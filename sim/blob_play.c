@@ -38,10 +38,9 @@ static void add_spot(struct play_view *view, const struct spot *spot)
 }
 
 static void add_markers(struct play_view *view, const struct sim_scene *scene,
-			const struct sim_truth *truth, uint32_t c, struct rng *rng)
+			const struct sim_truth *truth, uint32_t c, double brightness,
+			struct rng *rng)
 {
-	double brightness = marker_brightness(scene, c, MARKER_PEAK_GREY, view->camera.blur_px);
-
 	for (uint32_t m = 0; m < truth->marker_count; m++) {
 		const struct sim_truth_marker *marker = &truth->markers[m];
 		double pixel[2];
@@ -57,6 +56,21 @@ static void add_markers(struct play_view *view, const struct sim_scene *scene,
 				    vec3_dot(to_camera, marker->normal_stage), brightness);
 
 		add_spot(view, &spot);
+	}
+}
+
+static void add_ghosts(struct play_view *view, const struct sim_scene *scene,
+		       const struct sim_truth *truth, uint32_t c, double brightness)
+{
+	for (uint32_t g = 0; g < truth->ghost_count; g++) {
+		double pixel[2], value;
+		struct vec3 place;
+		struct spot spot;
+
+		if ((truth->ghosts[g].visible_mask & (UINT32_C(1) << c)) &&
+		    scene_camera_sees_ghost(scene, truth, c, g, &place, pixel, &value) &&
+		    ghost_spot(scene, truth, c, place, value, brightness, &spot))
+			add_spot(view, &spot);
 	}
 }
 
@@ -129,6 +143,8 @@ void blob_play_camera(const struct blob_play *play, const struct sim_scene *scen
 	struct rng rng;
 
 	view.camera = play_camera_of(scene, c, truth->time_s);
+	double brightness = marker_brightness(scene, c, MARKER_PEAK_GREY, view.camera.blur_px);
+
 	view.play = play;
 	view.count = view.lost = 0;
 	rng_init(&rng, scene->seed + shot * UINT64_C(0x9e3779b97f4a7c15), 128 + c);
@@ -137,7 +153,8 @@ void blob_play_camera(const struct blob_play *play, const struct sim_scene *scen
 	set->uncertainty_ns = 1000;
 	set->arrival_ns = set->found_ns = 0;
 	set->blob_count = 0;
-	add_markers(&view, scene, truth, c, &rng);
+	add_markers(&view, scene, truth, c, brightness, &rng);
+	add_ghosts(&view, scene, truth, c, brightness);
 	add_lamps(&view, scene, truth, c);
 	add_strays(&view, &rng);
 	view.count = play_spots_merge(view.spots, view.count, play->merge_px);

@@ -52,6 +52,12 @@ struct play_camera play_camera_of(const struct sim_scene *scene, uint32_t camera
 	};
 }
 
+/* hypot() without its care for ranges that do not occur here. */
+static double root(double a, double b)
+{
+	return sqrt(a * a + b * b);
+}
+
 static void set_spread(const struct spot *spot, double blur_px2, double out[3])
 {
 	const double(*a)[2] = spot->axes_px;
@@ -84,7 +90,7 @@ bool play_spot_of(const struct play_camera *camera, const struct spot *spot, str
 		.x_px = middle[0],
 		.y_px = middle[1],
 		.sigma_px =
-			hypot(OVER_BOUND * camera->noise_gain * (double)bound.sigma_px, floor_px),
+			root(OVER_BOUND * camera->noise_gain * (double)bound.sigma_px, floor_px),
 		.light = light,
 		.reach_px = (double)bound.reach_sigma * blur_px,
 		.core_px = fmax(CORE_SPREADS * sqrt(blur_px * blur_px + radius_px * radius_px / 4),
@@ -134,21 +140,23 @@ static void doubt(struct play_spot *one, struct play_spot *other, double distanc
 	double from = one->core_px + other->core_px, to = one->reach_px + other->reach_px;
 	double error_px = TOUCHING_PX * (to - distance_px) / (to - from);
 
-	one->sigma_px = hypot(one->sigma_px, error_px);
-	other->sigma_px = hypot(other->sigma_px, error_px);
+	one->sigma_px = root(one->sigma_px, error_px);
+	other->sigma_px = root(other->sigma_px, error_px);
 	one->flags |= BLOB_MERGED;
 	other->flags |= BLOB_MERGED;
 }
 
 static void meet(struct play_spot *one, struct play_spot *other, double merge_px)
 {
-	double distance_px = hypot(one->x_px - other->x_px, one->y_px - other->y_px);
+	double dx = other->x_px - one->x_px, dy = other->y_px - one->y_px;
 	double core_px = merge_px > 0 ? merge_px : one->core_px + other->core_px;
+	double touch_px = merge_px > 0 ? 0 : one->reach_px + other->reach_px;
+	double square_px2 = dx * dx + dy * dy;
 
-	if (distance_px < core_px)
-		join(one, other, merge_px > 0 ? merge_px : distance_px);
-	else if (merge_px == 0 && distance_px < one->reach_px + other->reach_px)
-		doubt(one, other, distance_px);
+	if (square_px2 < core_px * core_px)
+		join(one, other, merge_px > 0 ? merge_px : sqrt(square_px2));
+	else if (square_px2 < touch_px * touch_px)
+		doubt(one, other, sqrt(square_px2));
 }
 
 uint32_t play_spots_merge(struct play_spot *spots, uint32_t count, double merge_px)

@@ -4,6 +4,7 @@
 #include "sim/lamps.h"
 
 #include "sim/marker_spot.h"
+#include "sim/occlude.h"
 
 #define STROBE_RADIUS_M 0.035
 #define STROBE_GREY 2500.0
@@ -13,14 +14,25 @@
 #define LED_COSINE 0.5
 #define RING_RADIUS_M 0.045
 
-static bool shines_at(const struct sim_camera *lamp, const struct sim_camera *camera,
-		      double cosine_min)
+/* In the way of its middle: somebody in the room. */
+static bool is_hidden(const struct sim_truth *truth, const struct sim_camera *lamp,
+		      const struct sim_camera *camera)
+{
+	for (uint32_t i = 0; i < truth->occluder_count; i++)
+		if (occluder_hides(&truth->occluders[i], lamp->centre_stage_m,
+				   camera->centre_stage_m))
+			return true;
+	return false;
+}
+
+static bool shines_at(const struct sim_truth *truth, const struct sim_camera *lamp,
+		      const struct sim_camera *camera, double cosine_min)
 {
 	struct vec3 to_camera = vec3_unit(vec3_sub(camera->centre_stage_m, lamp->centre_stage_m));
 	struct vec3 forward = {lamp->rt_cam_stage.r[2][0], lamp->rt_cam_stage.r[2][1],
 			       lamp->rt_cam_stage.r[2][2]};
 
-	return vec3_dot(forward, to_camera) > cosine_min;
+	return vec3_dot(forward, to_camera) > cosine_min && !is_hidden(truth, lamp, camera);
 }
 
 /* Adds the disc when it is at least in part in the image. */
@@ -60,11 +72,11 @@ uint32_t lamps_find(const struct sim_scene *scene, const struct sim_truth *truth
 	uint32_t count = 0;
 
 	for (uint32_t i = 0; scene->script.cross_strobes && i < scene->camera_count; i++)
-		if (i != c && shines_at(&scene->cameras[i], camera, STROBE_COSINE))
+		if (i != c && shines_at(truth, &scene->cameras[i], camera, STROBE_COSINE))
 			count += add_lamp(camera, scene->cameras[i].centre_stage_m, STROBE_RADIUS_M,
 					  STROBE_GREY, &out[count]);
 	for (uint32_t i = 0; scene->script.ring_lights && i < scene->hd_count; i++)
-		if (shines_at(&scene->cameras[scene->camera_count + i], camera, LED_COSINE))
+		if (shines_at(truth, &scene->cameras[scene->camera_count + i], camera, LED_COSINE))
 			count += add_ring(camera, &scene->cameras[scene->camera_count + i],
 					  &out[count]);
 	return count;

@@ -110,3 +110,13 @@ bool disc_spot(const struct sim_camera *camera, struct vec3 centre_stage_m, stru
 	*out = spot;
 	return true;
 }
+
+bool ghost_spot(const struct sim_scene *scene, const struct sim_truth *truth, uint32_t c,
+		struct vec3 p_stage_m, double value, double brightness, struct spot *out)
+{
+	const struct sim_camera *camera = scene_camera_at(scene, c, truth->time_s);
+	struct vec3 to_camera = vec3_unit(vec3_sub(camera->centre_stage_m, p_stage_m));
+
+	return disc_spot(camera, p_stage_m, to_camera, nominal_radius_m(scene),
+			 brightness * value * range_gain(camera, p_stage_m), out);
+}

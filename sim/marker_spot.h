@@ -27,3 +27,8 @@ bool disc_spot(const struct sim_camera *camera, struct vec3 centre_stage_m, stru
 struct spot marker_spot(const struct sim_scene *scene, const struct sim_truth *truth,
 			uint32_t camera, uint32_t marker, const double pixel[2], double facing,
 			double brightness);
+
+/* A specular glint, `p_stage_m` and `value` as scene_camera_sees_ghost() found them: as a nominal
+ * marker of that brightness. */
+bool ghost_spot(const struct sim_scene *scene, const struct sim_truth *truth, uint32_t camera,
+		struct vec3 p_stage_m, double value, double brightness, struct spot *out);

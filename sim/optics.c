@@ -11,7 +11,7 @@
 #define SOFTER_SIGMA_PX 0.2
 #define SHARPEST_MOFFAT_PX 1.3
 #define SOFTER_MOFFAT_PX 0.3
-#define SIGMA_PER_MOFFAT 0.52 /* same width at half height, the pixel's lit part included */
+#define SIGMA_PER_MOFFAT 0.64 /* gives small spots nearly the same peak */
 
 double optics_share(uint64_t seed, uint32_t camera)
 {

@@ -146,6 +146,21 @@ static void add_markers(struct sim_renderer *renderer)
 	}
 }
 
+static void add_ghosts(struct sim_renderer *renderer)
+{
+	for (uint32_t g = 0; g < renderer->truth.ghost_count; g++) {
+		double pixel[2], value;
+		struct vec3 place;
+		struct spot spot;
+
+		if (scene_camera_sees_ghost(renderer->scene, &renderer->truth, renderer->camera, g,
+					    &place, pixel, &value) &&
+		    ghost_spot(renderer->scene, &renderer->truth, renderer->camera, place, value,
+			       renderer->brightness, &spot))
+			add_spot(renderer, &spot);
+	}
+}
+
 static void add_lamps(struct sim_renderer *renderer)
 {
 	struct spot lamps[LAMP_MAX];
@@ -181,8 +196,10 @@ static const uint8_t *render(struct sim_renderer *renderer, uint64_t shot, bool 
 	if (lit && renderer->board)
 		board_picture_draw(renderer->board, shot, &renderer->canvas.sensor, &rng,
 				   renderer->canvas.image);
-	if (lit)
+	if (lit) {
 		add_markers(renderer);
+		add_ghosts(renderer);
+	}
 	add_lamps(renderer);
 	add_hot_pixels(renderer);
 	*width_px = renderer->canvas.width_px;
