@@ -7,9 +7,15 @@
 #include "track/match_parts.h"
 #include "track/sight_index.h"
 
-#define PAIR_BUDGET 60000 /* pairs of blobs looked at closely in one shot */
-#define SURE_VIEW_COUNT 4 /* such a point may claim its blobs at once */
-#define PARTNER_MAX 64    /* of one blob in one camera; the rest has other ways to be found */
+/* For one shot: images full of garbage may not hold up those that follow. */
+#define LOOK_BUDGET 16000000 /* blobs held against an epipolar plane */
+#define PAIR_BUDGET 8000     /* pairs of blobs looked at closely */
+#define SURE_VIEW_COUNT 4    /* such a point may claim its blobs at once */
+#define PARTNER_MAX 64       /* of one blob in one camera; the rest has other ways to be found */
+
+struct budget {
+	int looks, pairs;
+};
 
 /* The blobs in the epipolar planes of one blob. */
 struct partners {
@@ -111,46 +117,65 @@ static void find_partners(const struct matcher *m, uint32_t ca, struct vec3 ray,
 		out->camera_mask |= 1u << cb;
 }
 
+static void find_all_partners(const struct matcher *m, uint32_t ca, int place, struct partners *out,
+			      struct budget *budget)
+{
+	struct vec3 ray = ray_at(&m->cameras[ca], place);
+
+	out->camera_mask = 1u << ca;
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		if (m->cameras[c].view && c != ca) {
+			find_partners(m, ca, ray, c, out);
+			budget->looks -= m->cameras[c].free_count;
+		}
+}
+
 /* Pairs a free blob of camera a with its partners in the cameras behind a; those before have been
  * paired with it already. */
-static int match_blob(struct matcher *m, uint32_t ca, int place, int budget)
+static void match_blob(struct matcher *m, uint32_t ca, int place, struct budget *budget)
 {
 	const struct sight_index *a = &m->cameras[ca];
-	struct vec3 ray = ray_at(a, place);
-	struct partners partners = {.camera_mask = 1u << ca};
+	struct partners partners;
 
-	for (uint32_t c = 0; c < m->camera_count; c++)
-		if (m->cameras[c].view && c != ca)
-			find_partners(m, ca, ray, c, &partners);
+	find_all_partners(m, ca, place, &partners, budget);
 	if (__builtin_popcount(partners.camera_mask) < 3)
-		return budget;
+		return;
 	for (uint32_t b = ca + 1; b < m->camera_count; b++) {
 		bool has_any = partners.camera_mask >> b & 1;
 
 		for (int k = 0; has_any && k < partners.count[b]; k++) {
-			if (a->owner[a->free[place]] >= 0 || budget == 0)
-				return budget;
-			if (m->cameras[b].owner[m->cameras[b].free[partners.place[b][k]]] >= 0)
+			int place_b = partners.place[b][k];
+
+			if (a->owner[a->free[place]] >= 0 || budget->pairs <= 0)
+				return;
+			if (m->cameras[b].owner[m->cameras[b].free[place_b]] >= 0)
 				continue;
-			budget--;
-			try_pair(m, ca, place, b, partners.place[b][k], partners.camera_mask);
+			budget->pairs--;
+			try_pair(m, ca, place, b, place_b, partners.camera_mask);
 		}
 	}
-	return budget;
+}
+
+static void match_camera(struct matcher *m, uint32_t ca, struct budget *budget)
+{
+	const struct sight_index *a = &m->cameras[ca];
+
+	for (int i = 0; i < a->free_count && budget->looks > 0 && budget->pairs > 0; i++)
+		if (a->owner[a->free[i]] < 0)
+			match_blob(m, ca, i, budget);
 }
 
 void match_leftovers(struct matcher *m)
 {
-	int budget = PAIR_BUDGET;
+	struct budget budget = {LOOK_BUDGET, PAIR_BUDGET};
 
 	for (uint32_t c = 0; c < m->camera_count; c++)
 		if (m->cameras[c].view)
 			sight_index_list_free(&m->cameras[c]);
 	for (uint32_t a = 0; a < m->camera_count; a++) {
-		for (int i = 0; m->cameras[a].view && i < m->cameras[a].free_count && budget > 0;
-		     i++)
-			if (m->cameras[a].owner[m->cameras[a].free[i]] < 0)
-				budget = match_blob(m, a, i, budget);
+		if (!m->cameras[a].view)
+			continue;
+		match_camera(m, a, &budget);
 		for (uint32_t c = 0; c < m->camera_count; c++)
 			if (m->cameras[c].view)
 				sight_index_trim_free(&m->cameras[c]);

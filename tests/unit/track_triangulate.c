@@ -170,6 +170,29 @@ static void good_views_are_kept(void **state)
 	assert_true(dropped < 60);
 }
 
+/* Some of them beside the picture or behind the camera. */
+static void points_project_together_as_one_by_one(void **state)
+{
+	struct vec3 p[100];
+	struct projection many[100], one;
+	bool in_sight[100];
+	struct rng rng;
+	int seen = 0;
+
+	(void)state;
+	rng_init(&rng, 14, 0);
+	for (int i = 0; i < 100; i++)
+		p[i] = vec3_scale(random_point(&rng), i % 3 ? 1 : 40);
+	view_project_many(&views[0], p, 100, many, in_sight);
+	for (int i = 0; i < 100; i++) {
+		assert_int_equal(view_project(&views[0], p[i], one.pixel, one.slopes), in_sight[i]);
+		seen += in_sight[i];
+		if (in_sight[i])
+			assert_memory_equal(&one, &many[i], sizeof(one));
+	}
+	assert_in_range(seen, 60, 95);
+}
+
 /* Exact but for noise of sigma_px, and one view `off_px` aside in a direction that turns. */
 static int sight_with_liar(struct rng *rng, struct vec3 p, int count, double sigma_px,
 			   double off_px, struct sighting *out)
@@ -279,6 +302,7 @@ int main(void)
 		cmocka_unit_test(covariances_are_true_for_two_to_six_views),
 		cmocka_unit_test(a_view_one_pixel_off_is_left_out),
 		cmocka_unit_test(good_views_are_kept),
+		cmocka_unit_test(points_project_together_as_one_by_one),
 		cmocka_unit_test(a_view_far_off_pulls_nobody),
 		cmocka_unit_test(covariances_are_true_where_it_is_not_plain_who_lies),
 		cmocka_unit_test(a_merged_blob_is_the_first_to_be_suspected),
