@@ -7,8 +7,11 @@
 #include <string.h>
 
 #include "track/head.h"
+#include "track/segment.h"
 
 #define HEAD_GAP_S 0.05 /* after a gap as long a head must be found, not followed */
+#define SEGMENT_GAP_S 0.15
+#define SEARCHES_PER_SHOT 3 /* for lost segments */
 #define DOUBT_EVERY_SHOTS 10
 #define DOUBT_M 0.006
 #define DOUBT_REACH_M 0.15
@@ -51,6 +54,38 @@ static void follow_heads(struct crowd *crowd, struct tracker_state *state, struc
 			head_refine(state, (int)a, &l->motion, &l->nearby, &l->rt_stage_frame[a]);
 		if (l->found[a])
 			take_points(crowd, state, l, (int)a);
+	}
+}
+
+static void follow_segments(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
+			    int64_t now_ns)
+{
+	for (uint32_t f = state->actor_count; f < state->frame_count; f++) {
+		const struct frame_state *frame = &state->frames[f];
+		double gap_s = (double)(now_ns - frame->seen_ns) * 1e-9;
+
+		l->found[f] = frame->tracked && gap_s <= SEGMENT_GAP_S &&
+			      segment_follow(state, l, (int)f, crowd->taken);
+		if (l->found[f])
+			take_points(crowd, state, l, (int)f);
+	}
+}
+
+/* Some lost segments in each shot, of actors whose heads are found. */
+static void search_segments(struct crowd *crowd, struct tracker_state *state, struct labelling *l)
+{
+	uint32_t count = state->frame_count - state->actor_count;
+	int searches = 0;
+
+	for (uint32_t tried = 0; tried < count && searches < SEARCHES_PER_SHOT; tried++) {
+		uint32_t f = state->actor_count + state->segment_turn++ % count;
+
+		if (l->found[f] || !l->found[state->frames[f].actor])
+			continue;
+		searches++;
+		l->found[f] = segment_search(state, l, (int)f, crowd->taken);
+		if (l->found[f])
+			take_points(crowd, state, l, (int)f);
 	}
 }
 
@@ -143,7 +178,9 @@ void crowd_find(struct crowd *crowd, struct tracker_state *state, struct labelli
 {
 	memset(crowd->taken, 0, sizeof(crowd->taken));
 	follow_heads(crowd, state, l, now_ns);
+	follow_segments(crowd, state, l, now_ns);
 	search_lost(crowd, state, l, points, point_count);
+	search_segments(crowd, state, l);
 }
 
 /* Is there a better pose for the head at this place? Its own points are free for the moment, those

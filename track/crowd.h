@@ -1,5 +1,5 @@
 /*
- * Where every head is in this shot: those that were there a moment ago are followed, those that are
+ * Where every head and every body segment is in this shot: those that were there a moment ago are followed, those that are
  * lost are searched for among the points that nobody explains. Actors wear the same markers at
  * nearly the same places, so a face that is found is given to the actor whom it fits clearly best,
  * and to nobody while two fit alike. Pure and real-time safe.
@@ -16,7 +16,7 @@ struct crowd {
 	bool taken[POINT_MAX];
 };
 
-/* Fills found and rt_stage_frame of the heads in `labelling`, whose motion and nearby are filled.
+/* Fills found and rt_stage_frame in `labelling`, whose motion and nearby are filled.
  * Poses of frames that are not found are predictions. */
 void crowd_find(struct crowd *crowd, struct tracker_state *state, struct labelling *labelling,
 		const struct point *points, uint32_t point_count, int64_t now_ns);

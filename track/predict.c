@@ -134,7 +134,8 @@ static struct prediction predict_recent(const struct label_state *label, double 
 	double carried_s = fmin(age_s, EXTRAPOLATE_MAX_S);
 
 	if (label->kind != LABEL_SKIN)
-		return (struct prediction){label->local_m, STIFF_SIGMA_M[label->kind], true};
+		return (struct prediction){label->kind == LABEL_BODY ? label->base_m : label->local_m,
+					   STIFF_SIGMA_M[label->kind], true};
 	return (struct prediction){
 		vec3_add(label->local_m, vec3_scale(label->velocity_m_s, carried_s)),
 		fmin(SIGMA_MIN_M + 0.5 * ACCELERATION_M_S2 * age_s * age_s, SIGMA_MAX_M), true};
@@ -144,7 +145,9 @@ static struct prediction predict_recent(const struct label_state *label, double 
 static struct prediction predict_stale(const struct label_state *label)
 {
 	if (label->kind != LABEL_SKIN)
-		return (struct prediction){label->confirmed ? label->local_m : label->base_m,
+		return (struct prediction){label->confirmed && label->kind == LABEL_SKULL
+						   ? label->local_m
+						   : label->base_m,
 					   2 * STIFF_SIGMA_M[label->kind], false};
 	return (struct prediction){label->confirmed ? label->filled_m : label->base_m,
 				   FRESH_SIGMA_M, false};

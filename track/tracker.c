@@ -14,6 +14,7 @@
 #include "track/match.h"
 #include "track/predict.h"
 #include "track/remember.h"
+#include "track/segment.h"
 
 #define FRAME_KEPT_S 0.25 /* what is not measured for longer is looked for anew */
 #define SEED_RADIUS_M 0.004
@@ -193,8 +194,9 @@ static bool frame_is_plausible(const struct tracker_state *state, const struct l
 		named += l->seen[i] && state->labels[i].frame == frame;
 	for (int k = 0; k < l->nearby.count; k++)
 		points += vec3_distance(l->nearby.p_stage_m[k], middle_m) < HEAD_REACH_M;
-	return named >= 3 &&
-	       (named >= NAMED_SHARE_MIN * points || (uint32_t)frame >= state->actor_count);
+	if ((uint32_t)frame >= state->actor_count)
+		return named >= 2;
+	return named >= 3 && named >= NAMED_SHARE_MIN * points;
 }
 
 /* The frame is not found after all. */
@@ -218,7 +220,11 @@ static void fit_frames(struct tracker_state *state, struct labelling *l, const s
 		fits[f] = (struct head){.valid = 0};
 		if (!l->found[f])
 			continue;
-		head_fit(state, (int)f, points, l->point_of_label, &l->rt_stage_frame[f], &fits[f]);
+		if (f < state->actor_count)
+			head_fit(state, (int)f, points, l->point_of_label, &l->rt_stage_frame[f],
+				 &fits[f]);
+		else
+			segment_fit(state, l, (int)f, points, &fits[f]);
 		if (fits[f].valid)
 			l->rt_stage_frame[f] = fits[f].rt_stage_head;
 		else

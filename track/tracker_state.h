@@ -79,7 +79,8 @@ struct tracker_state {
 	uint32_t label_count;
 	uint32_t actor_count;
 	uint32_t frame_count;  /* the actors' heads come first */
-	uint32_t acquire_turn; /* the lost frame whose turn it is to be searched for */
+	uint32_t segment_turn;
+	uint32_t acquire_turn; /* the lost head whose turn it is to be searched for */
 	struct frame_state frames[FRAME_MAX];
 	struct label_state labels[LABEL_MAX];
 	uint32_t loose_count;
