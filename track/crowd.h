@@ -1,8 +1,8 @@
 /*
- * Where every head and every body segment is in this shot: those that were there a moment ago are followed, those that are
- * lost are searched for among the points that nobody explains. Actors wear the same markers at
- * nearly the same places, so a face that is found is given to the actor whom it fits clearly best,
- * and to nobody while two fit alike. Pure and real-time safe.
+ * Where every head and every body segment is in this shot: those that were there a moment ago are
+ * followed, those that are lost are searched for among the points that nobody explains. Actors wear
+ * the same markers at nearly the same places, so a face that is found is given to the actor whom it
+ * fits clearly best, and to nobody while two fit alike. Pure and real-time safe.
  */
 #pragma once
 

@@ -6,7 +6,7 @@
 
 #include "track/rigid.h"
 
-#define CARRY_MAX_S 0.1      /* the head's velocity is carried on this long */
+#define GAP_MAX_S 0.1        /* velocity is not told over more */
 #define RIGID_SIGMA_M 0.0001 /* how stiff a jig is */
 #define BODY_SIGMA_M 0.002   /* ... and a suit on a limb */
 #define SKIN_SHARED 3.0
@@ -25,7 +25,7 @@ static const double CLOSE_M[] = {0.002, 0.0015, 0.006};
 
 struct pose head_predict(const struct frame_state *frame, int64_t now_ns)
 {
-	double dt_s = fmin((double)(now_ns - frame->seen_ns) * 1e-9, CARRY_MAX_S);
+	double dt_s = fmin((double)(now_ns - frame->seen_ns) * 1e-9, frame->carry_s);
 	struct pose turn = pose_from_rotation_vector(vec3_scale(frame->turn_rate_rad_s, dt_s));
 	struct pose turned = frame->rt_stage_frame;
 
@@ -240,7 +240,7 @@ void head_update(struct frame_state *frame, const struct pose *pose, int64_t now
 	double dt_s = (double)(now_ns - frame->seen_ns) * 1e-9;
 
 	frame->velocity_m_s = frame->turn_rate_rad_s = (struct vec3){0, 0, 0};
-	if (frame->tracked && dt_s > 0 && dt_s <= CARRY_MAX_S) {
+	if (frame->tracked && dt_s > 0 && dt_s <= GAP_MAX_S) {
 		struct pose back = pose_inverse(&frame->rt_stage_frame);
 		struct pose turn = pose_compose(pose, &back);
 

@@ -136,14 +136,28 @@ void label_abstain(struct labelling *l, const struct tracker_state *state)
 	}
 }
 
+/* Two others of the segment were there a moment ago and still are: the third is where they say. */
+static bool is_held(const struct labelling *l, const struct tracker_state *state, uint32_t label)
+{
+	const struct frame_state *f = &state->frames[state->labels[label].frame];
+	int others = 0;
+
+	for (uint32_t i = f->label_first; i < f->label_end; i++)
+		others += i != label && state->labels[i].frame == state->labels[label].frame &&
+			  l->seen[i] && l->motion.labels[i].recent;
+	return others >= 2;
+}
+
 bool label_is_clear(const struct labelling *l, const struct tracker_state *state, uint32_t label)
 {
 	const struct label_state *own = &state->labels[label];
 	struct vec3 told_m, seen_m = l->seen_m[label];
 	double sigma_m;
 
-	if (own->kind != LABEL_SKIN)
+	if (own->kind == LABEL_SKULL)
 		return true; /* its gate is tight and the jig is stiff */
+	if (own->kind == LABEL_BODY)
+		return l->motion.fresh[own->frame] || is_held(l, state, label);
 	if (predict_told(state, own, l->seen, l->seen_m, &told_m, &sigma_m) < 2)
 		return own->neighbour_count < 2;
 	/* a neighbourhood that is read one marker aside agrees with itself, but not with its rest

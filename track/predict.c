@@ -7,6 +7,8 @@
 #include <assert.h>
 #include <string.h>
 
+#define HEAD_CARRY_S 0.1
+#define SEGMENT_CARRY_S 0.03   /* it turns about a place far from its markers */
 #define RECENT_S 0.1           /* own motion is trusted this long */
 #define EXTRAPOLATE_MAX_S 0.05 /* velocity is carried on this long */
 #define ACCELERATION_M_S2 12.0 /* of skin against the skull, one sigma: 1 m/s at 4 Hz is 25 */
@@ -89,6 +91,7 @@ static int16_t frame_of(struct tracker_state *state, const struct layout *layout
 			return state->labels[k].frame;
 	assert(state->frame_count < FRAME_MAX);
 	state->frames[state->frame_count].actor = actor;
+	state->frames[state->frame_count].carry_s = SEGMENT_CARRY_S;
 	return (int16_t)state->frame_count++;
 }
 
@@ -117,6 +120,7 @@ void predict_init(struct tracker_state *state, const struct layout *layout)
 		const struct layout_actor *actor = &layout->actors[a];
 
 		state->frames[a].actor = (int16_t)a;
+		state->frames[a].carry_s = HEAD_CARRY_S;
 		for (uint32_t i = actor->first; i < actor->first + actor->count; i++)
 			init_label(state, layout, (int16_t)a, i);
 		for (uint32_t i = actor->first; i < actor->first + actor->count; i++)
@@ -134,7 +138,8 @@ static struct prediction predict_recent(const struct label_state *label, double 
 	double carried_s = fmin(age_s, EXTRAPOLATE_MAX_S);
 
 	if (label->kind != LABEL_SKIN)
-		return (struct prediction){label->kind == LABEL_BODY ? label->base_m : label->local_m,
+		return (struct prediction){label->kind == LABEL_BODY ? label->base_m
+								     : label->local_m,
 					   STIFF_SIGMA_M[label->kind], true};
 	return (struct prediction){
 		vec3_add(label->local_m, vec3_scale(label->velocity_m_s, carried_s)),

@@ -15,21 +15,20 @@
 #define FOLLOW_NEAR_M 0.012 /* from where a marker is expected that was just seen */
 #define RETURN_NEAR_M 0.02  /* ... and where one was hidden */
 #define ROBUST_M 0.008
-#define AGREE_MIN 2
-#define MISFIT_M 0.005 /* a marker this far off is another one */
+#define MISFIT_M 0.003 /* a marker this far off is another one */
 #define ROUNDS 3
 #define PAIR_MAX 64
 
-#define POINT_NEAR_MAX 96   /* about a head */
-#define REACH_M 0.35        /* how far a segment may be from where it hangs in the neutral pose */
-#define TURN_MAX_RAD 1.9    /* ... and how far turned */
-#define SLACK_M 0.006       /* of a distance between its markers */
-#define FOUND_M 0.008       /* a marker this near to a point is found */
+#define POINT_NEAR_MAX 96 /* about a head */
+#define REACH_M 0.35      /* how far a segment may be from where it hangs in the neutral pose */
+#define TURN_MAX_RAD 1.9  /* ... and how far turned */
+#define SLACK_M 0.004     /* of a distance between its markers */
+#define FOUND_M 0.005     /* a marker this near to a point is found */
 #define SIDE_MIN_M 0.03
 #define TRIANGLES_MAX 20
 #define SAME_POSE_M 0.03
 #define COST_MARGIN 6.0
-#define SIDE_COST_MAX 2.0
+#define SIDE_COST_MAX 1.5
 
 struct segment_pairs {
 	int count;
@@ -61,8 +60,8 @@ static void lean_on(struct segment_pairs *pairs, struct vec3 middle_m, const str
 	}
 }
 
-/* Rounds of weighting by the error; false when fewer than two markers agree. */
-static bool fit_pairs(struct segment_pairs *pairs, struct vec3 middle_m, struct pose *pose)
+/* Rounds of weighting by the error. Returns how many markers agree. */
+static int fit_pairs(struct segment_pairs *pairs, struct vec3 middle_m, struct pose *pose)
 {
 	int agree = 0;
 
@@ -78,11 +77,11 @@ static bool fit_pairs(struct segment_pairs *pairs, struct vec3 middle_m, struct 
 						      MARKER_SIGMA_M * MARKER_SIGMA_M);
 		}
 		if (rigid_fit(pairs->pairs, pairs->count + LEAN_COUNT, pose))
-			return false;
+			return 0;
 		for (int i = 0; i < pairs->count; i++)
 			agree += rigid_error(&pairs->pairs[i], pose) < ROBUST_M;
 	}
-	return agree >= AGREE_MIN;
+	return agree;
 }
 
 static void add_pair(struct segment_pairs *pairs, struct vec3 from_m, struct vec3 to_m)
@@ -127,7 +126,7 @@ bool segment_follow(const struct tracker_state *state, struct labelling *l, int 
 		if (k >= 0)
 			add_pair(&pairs, p->local_m, l->nearby.p_stage_m[k]);
 	}
-	if (!fit_pairs(&pairs, middle_of(state, frame), &pose))
+	if (fit_pairs(&pairs, middle_of(state, frame), &pose) == 0)
 		return false;
 	l->rt_stage_frame[frame] = pose;
 	return true;
@@ -150,7 +149,7 @@ void segment_fit(const struct tracker_state *state, struct labelling *l, int fra
 		add_pair(&pairs, state->labels[i].base_m,
 			 points[l->point_of_label[i]].fix.p_stage_m);
 	}
-	if (!fit_pairs(&pairs, middle_of(state, frame), &pose))
+	if (fit_pairs(&pairs, middle_of(state, frame), &pose) == 0)
 		return;
 	for (int k = 0; k < pairs.count; k++) {
 		if (rigid_error(&pairs.pairs[k], &pose) < MISFIT_M)
@@ -159,6 +158,7 @@ void segment_fit(const struct tracker_state *state, struct labelling *l, int fra
 		l->point_of_label[label[k]] = ASSIGN_NONE;
 	}
 	out->valid = 1;
+	out->rigid_count = (uint8_t)pairs.count;
 	out->rt_stage_head = pose;
 }
 
@@ -233,8 +233,8 @@ static void weigh_pose(struct segment_search *s, const struct pose *pose)
 		s->best_found = found;
 		s->best_cost = cost;
 		s->best = *pose;
-	} else if (!same && (found > s->rival_found ||
-			     (found == s->rival_found && cost < s->rival_cost))) {
+	} else if (!same &&
+		   (found > s->rival_found || (found == s->rival_found && cost < s->rival_cost))) {
 		s->rival_found = found;
 		s->rival_cost = cost;
 	}
@@ -287,19 +287,20 @@ static void try_side(struct segment_search *s, int a, int b)
 		}
 }
 
-/* Of the actor's found frames the one that is nearest in the neutral pose: the torso carries the
- * upper arm, that the forearm, and the head the torso. */
+/* Of the actor's found frames nearer to the head the nearest one: the torso carries the upper arm,
+ * that the forearm, and the head the torso. */
 static int carrier_of(const struct tracker_state *state, const struct labelling *l, int frame)
 {
 	int actor = state->frames[frame].actor, best = actor;
 	struct vec3 middle_m = middle_of(state, frame);
-	double best_m = vec3_distance(middle_of(state, actor), middle_m);
+	struct vec3 head_m = middle_of(state, actor);
+	double own_m = vec3_distance(head_m, middle_m), best_m = own_m;
 
 	for (int f = (int)state->actor_count; f < (int)state->frame_count; f++) {
 		if (f == frame || state->frames[f].actor != actor || !l->found[f])
 			continue;
 		double distance_m = vec3_distance(middle_of(state, f), middle_m);
-		if (distance_m < best_m) {
+		if (distance_m < best_m && vec3_distance(middle_of(state, f), head_m) < own_m) {
 			best_m = distance_m;
 			best = f;
 		}
@@ -331,7 +332,8 @@ bool segment_search(const struct tracker_state *state, struct labelling *l, int 
 	begin_search(&s, l, taken);
 	for (int a = 0; a < s.label_count; a++)
 		for (int b = a + 1; b < s.label_count; b++)
-			for (int c = b + 1; c < s.label_count && tried < TRIANGLES_MAX; c++, tried++)
+			for (int c = b + 1; c < s.label_count && tried < TRIANGLES_MAX;
+			     c++, tried++)
 				try_triangle(&s, a, b, c);
 	for (int a = 0; a < s.label_count && s.best_found < 3; a++)
 		for (int b = a + 1; b < s.label_count && tried < TRIANGLES_MAX; b++, tried++)

@@ -9,7 +9,7 @@
 #include "track/label.h"
 
 /* Moves the segment's predicted pose in `labelling` onto the points that nobody has taken. False
- * when fewer than two of its markers are there. */
+ * when none of its markers is there. */
 bool segment_follow(const struct tracker_state *state, struct labelling *labelling, int frame,
 		    const bool *taken);
 

@@ -195,7 +195,7 @@ static bool frame_is_plausible(const struct tracker_state *state, const struct l
 	for (int k = 0; k < l->nearby.count; k++)
 		points += vec3_distance(l->nearby.p_stage_m[k], middle_m) < HEAD_REACH_M;
 	if ((uint32_t)frame >= state->actor_count)
-		return named >= 2;
+		return named >= 1;
 	return named >= 3 && named >= NAMED_SHARE_MIN * points;
 }
 
@@ -253,6 +253,9 @@ static void name_shot(struct tracker_state *state, struct tracker_scratch *scrat
 		if (!l->found[f])
 			continue;
 		head_update(&state->frames[f], &fits[f].rt_stage_head, now_ns);
+		if (f >= state->actor_count && fits[f].rigid_count < 3)
+			state->frames[f].turn_rate_rad_s = state->frames[f].velocity_m_s =
+				(struct vec3){0, 0, 0}; /* one axis was only guessed */
 		if (f < state->actor_count && !crowd_doubt(&scratch->crowd, state, l, m->points,
 							   m->point_count, (int)f, &fits[f]))
 			lose_frame(state, (int)f);

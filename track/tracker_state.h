@@ -61,6 +61,7 @@ struct frame_state {
 	int16_t actor;
 	uint16_t label_first, label_end; /* its labels lie in here, others too */
 	uint16_t label_count;
+	double carry_s; /* its motion is carried on this long */
 	bool tracked;
 	struct pose rt_stage_frame;
 	struct vec3 velocity_m_s;    /* of the frame's origin, stage axes */
@@ -78,7 +79,7 @@ struct tracker_state {
 	double excess_px2;
 	uint32_t label_count;
 	uint32_t actor_count;
-	uint32_t frame_count;  /* the actors' heads come first */
+	uint32_t frame_count; /* the actors' heads come first */
 	uint32_t segment_turn;
 	uint32_t acquire_turn; /* the lost head whose turn it is to be searched for */
 	struct frame_state frames[FRAME_MAX];
