@@ -55,3 +55,8 @@ int problem_state_count(const struct problem *problem);
  * into the block, the packed state, and, when `jt` is not NULL, the Jacobian. Returns 0 or -EDOM.
  */
 int problem_evaluate(struct problem *problem, double *packed, struct cholmod_sparse_struct *jt);
+
+/* Of the problem's last stage, solved; `seed` has the poses that no good view shows. Returns 0 or
+ * -ENOMEM. */
+int solution_read(struct solution *solution, struct problem *problem,
+		  const struct observations *observations, const struct seed *seed);

@@ -1,96 +1,21 @@
 /*
- * The stages of the solve, in a child process, and what they came to.
+ * From the seed into mrcal's arguments, and what came out of them.
  */
 #include "calib/solve.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <math.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
-#include <sys/time.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include "calib/problem.h"
 #include "calib/rt.h"
+#include "calib/stages.h"
 
 #define RMS_MAX_PX 3.0        /* more: these numbers describe nothing */
 #define DISTORTION_START 1e-7 /* not quite none: with none, gradients cancel */
 
-enum stages { STAGES_ALL, STAGES_LAST };
-
-/* Runs in the child. Geometry alone and lens cores first: they come near whatever the seed. */
-static void run_stages(struct problem *problem, enum stages stages)
-{
-	mrcal_problem_selections_t last = problem_last_selections(problem);
-	mrcal_problem_selections_t next = {.do_optimize_extrinsics = true,
-					   .do_optimize_frames = true};
-
-	if (stages == STAGES_ALL) {
-		problem_optimise(problem, next);
-		next.do_optimize_intrinsics_core = true;
-		problem_optimise(problem, next);
-		next = last;
-		next.do_optimize_calobject_warp = false;
-		next.do_apply_outlier_rejection = false;
-		problem_optimise(problem, next);
-	}
-	problem_optimise(problem, last);
-}
-
-static void child(struct problem *problem, enum stages stages, double seconds_max)
-{
-	struct itimerval timer = {
-		.it_value = {(time_t)seconds_max,
-			     (suseconds_t)((seconds_max - floor(seconds_max)) * 1e6) + 1}};
-	sigset_t alarm_set;
-	int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
-
-	prctl(PR_SET_PDEATHSIG, SIGKILL);
-	signal(SIGALRM, SIG_DFL);
-	sigemptyset(&alarm_set);
-	sigaddset(&alarm_set, SIGALRM);
-	sigprocmask(SIG_UNBLOCK, &alarm_set, NULL);
-	if (null >= 0)
-		dup2(null, STDERR_FILENO); /* the library talks */
-	setitimer(ITIMER_REAL, &timer, NULL);
-	run_stages(problem, stages);
-	_exit(0);
-}
-
-static int run_in_child(struct problem *problem, enum stages stages,
-			const struct solve_settings *settings, struct diag *diag)
-{
-	int status;
-	pid_t pid = fork();
-
-	if (pid < 0)
-		return -errno;
-	if (pid == 0)
-		child(problem, stages, settings->seconds_max);
-	while (waitpid(pid, &status, 0) < 0)
-		if (errno != EINTR)
-			return -errno;
-	if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
-		diag_add(diag,
-			 "the solver found no end within %g s; the views contradict each other or "
-			 "the computer is busy: check the board's numbers, or allow more time",
-			 settings->seconds_max);
-		return -ETIMEDOUT;
-	}
-	if (!WIFEXITED(status) || WEXITSTATUS(status) || !(*problem->rms_px >= 0)) {
-		diag_add(diag, "the solver failed; the views contradict each other: check the "
-			       "board's numbers and that every camera has its own images");
-		return -EINVAL;
-	}
-	return 0;
-}
-
 static int solution_init(struct solution *s, const struct observations *o, const struct seed *seed,
-			 const struct problem *problem, const char *lens)
+			 const struct problem *problem)
 {
 	size_t corners = (size_t)o->view_count * o->corner_count;
 
@@ -99,7 +24,7 @@ static int solution_init(struct solution *s, const struct observations *o, const
 			       .pose_count = seed->pose_count,
 			       .view_count = o->view_count,
 			       .corner_count = o->corner_count};
-	snprintf(s->lens, sizeof(s->lens), "%s", lens);
+	mrcal_lensmodel_name(s->lens, sizeof(s->lens), &problem->lens);
 	s->intrinsics = calloc((size_t)o->camera_count * s->lens_count, sizeof(double));
 	s->rt_cam_ref = calloc(o->camera_count, sizeof(*s->rt_cam_ref));
 	s->rt_ref_board = calloc(seed->pose_count, sizeof(*s->rt_ref_board));
@@ -222,26 +147,19 @@ static int judge(const struct solution *s, const struct observations *o, const s
 	return -EINVAL;
 }
 
-static int run(struct solution *solution, struct problem *problem, enum stages stages,
-	       const struct observations *o, const struct seed *seed,
-	       const struct solve_settings *settings, struct diag *diag)
+int solution_read(struct solution *solution, struct problem *problem,
+		  const struct observations *observations, const struct seed *seed)
 {
 	struct solution made;
-	int err = run_in_child(problem, stages, settings, diag);
+	int err = solution_init(&made, observations, seed, problem);
 
-	if (!err)
-		err = solution_init(&made, o, seed, problem, settings->lens);
 	if (err)
 		return err;
 	problem->selections = problem_last_selections(problem);
 	read_numbers(&made, problem);
-	read_residuals(&made, problem, o);
-	err = judge(&made, o, seed, diag);
-	if (err)
-		solution_finish(&made);
-	else
-		*solution = made;
-	return err;
+	read_residuals(&made, problem, observations);
+	*solution = made;
+	return 0;
 }
 
 static void set_seed(struct problem *p, const struct observations *o, const struct seed *seed)
@@ -264,7 +182,9 @@ static void set_seed(struct problem *p, const struct observations *o, const stru
 int solve(struct solution *solution, const struct observations *observations,
 	  const struct seed *seed, const struct solve_settings *settings, struct diag *diag)
 {
+	struct solution made;
 	struct problem problem;
+	pid_t child;
 	int err = problem_init(&problem, observations, seed->good_view, settings->lens);
 
 	if (err == -EINVAL)
@@ -272,32 +192,18 @@ int solve(struct solution *solution, const struct observations *observations,
 	if (err)
 		return err;
 	set_seed(&problem, observations, seed);
-	err = run(solution, &problem, STAGES_ALL, observations, seed, settings, diag);
+	err = stages_start(&child, &problem, STAGES_ALL, settings->seconds_max);
+	if (!err)
+		err = stages_wait(child, &problem, settings->seconds_max, diag);
+	if (!err)
+		err = solution_read(&made, &problem, observations, seed);
 	problem_finish(&problem);
+	if (err)
+		return err;
+	err = judge(&made, observations, seed, diag);
+	if (err)
+		solution_finish(&made);
+	else
+		*solution = made;
 	return err;
-}
-
-struct vec3 solution_centre_m(const struct solution *solution, uint32_t camera)
-{
-	struct pose rt_cam_ref = pose_from_rt(solution->rt_cam_ref[camera]);
-
-	return pose_inverse(&rt_cam_ref).t;
-}
-
-bool solution_project(const struct solution *solution, uint32_t camera, struct vec3 p_ref_m,
-		      double px[2])
-{
-	struct pose rt_cam_ref = pose_from_rt(solution->rt_cam_ref[camera]);
-	struct vec3 p_cam = pose_apply(&rt_cam_ref, p_ref_m);
-	mrcal_point3_t p = {.x = p_cam.x, .y = p_cam.y, .z = p_cam.z};
-	mrcal_lensmodel_t lens;
-	mrcal_point2_t q;
-
-	if (p_cam.z <= 0 || !mrcal_lensmodel_from_name(&lens, solution->lens) ||
-	    !mrcal_project(&q, NULL, NULL, &p, 1, &lens,
-			   solution->intrinsics + camera * solution->lens_count))
-		return false;
-	px[0] = q.x;
-	px[1] = q.y;
-	return true;
 }

@@ -46,10 +46,3 @@ int solve(struct solution *solution, const struct observations *observations,
 	  const struct seed *seed, const struct solve_settings *settings, struct diag *diag);
 
 void solution_finish(struct solution *solution); /* zeroed is fine */
-
-/* Where camera `c` stands, in coordinates of camera 0. */
-struct vec3 solution_centre_m(const struct solution *solution, uint32_t camera);
-
-/* Projects a point in coordinates of the reference. False: not in front of the camera. */
-bool solution_project(const struct solution *solution, uint32_t camera, struct vec3 p_ref_m,
-		      double px[2]);

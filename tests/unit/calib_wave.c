@@ -3,8 +3,6 @@
  */
 #include "calib_wave.h"
 
-#include "calib/rt.h"
-#include "calib/small_solve.h"
 #include "track/rigid.h"
 
 #include <assert.h>
@@ -120,52 +118,17 @@ struct vec3 wave_volume_point(uint32_t index)
 			     1.0 + 0.1 * (index / 25)};
 }
 
-#define STEP_M 1e-5
-
-/* Adds one camera's two equations for a small motion of the point. */
-static bool add_sight(const struct solution *solution, uint32_t camera, const double px[2],
-		      struct vec3 p, double a[9], double b[3])
-{
-	double at[2], moved[3][2];
-
-	if (!solution_project(solution, camera, p, at))
-		return false;
-	for (int k = 0; k < 3; k++) {
-		struct vec3 q = {p.x + STEP_M * (k == 0), p.y + STEP_M * (k == 1),
-				 p.z + STEP_M * (k == 2)};
-		if (!solution_project(solution, camera, q, moved[k]))
-			return false;
-	}
-	for (int i = 0; i < 2; i++) {
-		double row[3];
-
-		for (int k = 0; k < 3; k++)
-			row[k] = (moved[k][i] - at[i]) / STEP_M;
-		small_solve_add(3, a, b, row, px[i] - at[i], 1);
-	}
-	return true;
-}
-
 bool wave_triangulate(const struct waved *waved, const struct solution *solution,
 		      uint32_t camera_mask, struct vec3 p_stage_m, struct vec3 *p_ref_m)
 {
-	struct vec3 p = pose_apply(&waved->cameras[0].rt_cam_stage, p_stage_m);
+	struct vec3 start = pose_apply(&waved->cameras[0].rt_cam_stage, p_stage_m);
+	double px[SIM_DEVICE_MAX][2];
 
-	for (int round = 0; round < 4; round++) {
-		double a[9] = {0}, b[3] = {0}, px[2];
-		int count = 0;
-
-		for (uint32_t c = 0; c < waved->camera_count; c++)
-			if ((camera_mask & 1U << c) &&
-			    sim_camera_project(&waved->cameras[c], p_stage_m, px) &&
-			    in_image(&waved->cameras[c], px))
-				count += add_sight(solution, c, px, p, a, b);
-		if (count < 2 || small_solve(3, a, b))
-			return false;
-		p = vec3_add(p, (struct vec3){b[0], b[1], b[2]});
-	}
-	*p_ref_m = p;
-	return true;
+	for (uint32_t c = 0; c < waved->camera_count; c++)
+		if (!sim_camera_project(&waved->cameras[c], p_stage_m, px[c]) ||
+		    !in_image(&waved->cameras[c], px[c]))
+			camera_mask &= ~(1U << c);
+	return !solution_triangulate(solution, camera_mask, (const double(*)[2])px, start, p_ref_m);
 }
 
 static double judge_centres(const struct waved *waved, const struct solution *solution)

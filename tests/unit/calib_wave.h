@@ -6,6 +6,7 @@
 
 #include "base/rng.h"
 #include "calib/observations.h"
+#include "calib/sight.h"
 #include "calib/solve.h"
 #include "sim/cameras.h"
 
