@@ -210,3 +210,27 @@ int problem_evaluate(struct problem *p, double *packed, struct cholmod_sparse_st
 
 	return good ? 0 : -EDOM;
 }
+
+int problem_entry_count(const struct problem *p)
+{
+	return _mrcal_num_j_nonzero(p->view_count, 0, p->width, p->height, p->camera_count,
+				    p->camera_count - 1, p->frame_count, 0, 0, p->views, NULL,
+				    p->selections, &p->lens);
+}
+
+/* Where every number is 1, the packed state is what 1 becomes. (The library's own function for it
+ * takes other arguments in each release.) */
+int problem_scales(struct problem *p, double *scales)
+{
+	for (int i = 0; i < p->camera_count * p->lens_count; i++)
+		p->intrinsics[i] = 1;
+	for (int i = 0; i < (p->camera_count - 1) * 6; i++)
+		((double *)p->extrinsics)[i] = 1;
+	for (int i = 0; i < p->frame_count * 6; i++)
+		((double *)p->frames)[i] = 1;
+	p->warp->x2 = p->warp->y2 = 1;
+	int err = problem_evaluate(p, scales, NULL);
+	for (int i = 0; !err && i < problem_state_count(p); i++)
+		scales[i] = 1 / scales[i];
+	return err;
+}

@@ -51,6 +51,12 @@ void problem_optimise(struct problem *problem, mrcal_problem_selections_t select
 int problem_measurement_count(const struct problem *problem);
 int problem_state_count(const struct problem *problem);
 
+int problem_entry_count(const struct problem *problem); /* of the Jacobian */
+
+/* Real units of each packed number of the state. Spoils the block's numbers: set them anew. Returns
+ * 0 or -EDOM. */
+int problem_scales(struct problem *problem, double *scales);
+
 /* mrcal_optimizer_callback() at the block's numbers, for the last stage's selections: residuals
  * into the block, the packed state, and, when `jt` is not NULL, the Jacobian. Returns 0 or -EDOM.
  */

@@ -11,7 +11,7 @@
 #include "calib/rt.h"
 #include "calib/stages.h"
 
-#define RMS_MAX_PX 3.0        /* more: these numbers describe nothing */
+#define RMS_MAX_PX 1.5        /* more: these numbers describe nothing */
 #define DISTORTION_START 1e-7 /* not quite none: with none, gradients cancel */
 
 static int solution_init(struct solution *s, const struct observations *o, const struct seed *seed,

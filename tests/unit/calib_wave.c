@@ -79,7 +79,7 @@ void wave_make(struct waved *waved, const struct wave *wave)
 					  .lens = SIM_LENS_OPENCV8,
 					  .actor_count = 1,
 					  .actors = {{.seat_m = {0, 0, 1.2}}}};
-	struct rng rng;
+	struct rng rng, noise;
 
 	memset(waved, 0, sizeof(*waved));
 	waved->camera_count = wave->ir_count + wave->hd_count;
@@ -98,10 +98,11 @@ void wave_make(struct waved *waved, const struct wave *wave)
 	waved->rt_stage_board = calloc(wave->pose_count, sizeof(*waved->rt_stage_board));
 	assert(waved->rt_stage_board);
 	rng_init(&rng, wave->seed, 17);
+	rng_init(&noise, wave->seed + (wave->noise_seed << 32), 18);
 	for (uint32_t pose = 0; pose < wave->pose_count; pose++) {
 		waved->rt_stage_board[pose] = pose_board(&wave->board, &rng);
 		for (uint32_t c = 0; c < waved->camera_count; c++)
-			look(waved, wave, c, pose, &rng);
+			look(waved, wave, c, pose, &noise);
 	}
 }
 
@@ -194,4 +195,50 @@ struct wave_errors wave_judge(const struct waved *waved, const struct solution *
 	errors.volume_px = judge_projection(waved, solution, &fit);
 	errors.triangulate_mm = 1e3 * sum / pairs;
 	return errors;
+}
+
+static uint32_t cameras_at(const struct waved *waved, struct vec3 p_stage_m)
+{
+	uint32_t mask = 0;
+	double px[2];
+
+	for (uint32_t c = 0; c < waved->camera_count; c++)
+		if (sim_camera_project(&waved->cameras[c], p_stage_m, px) &&
+		    in_image(&waved->cameras[c], px))
+			mask |= 1U << c;
+	return mask;
+}
+
+void wave_volume(const struct waved *waved, const struct solution *solution, struct volume *volume,
+		 struct vec3 off_m[VOLUME_POINT_MAX])
+{
+	struct rigid_pair pairs[WAVE_VOLUME_POINTS];
+	uint32_t count = 0;
+	struct pose fit;
+
+	for (uint32_t i = 0; i < WAVE_VOLUME_POINTS; i++) {
+		struct vec3 p = wave_volume_point(i);
+		uint32_t mask = cameras_at(waved, p);
+
+		if (!wave_triangulate(waved, solution, mask, p, &volume->p_ref_m[count]))
+			continue;
+		pairs[count] = (struct rigid_pair){p, volume->p_ref_m[count], 1};
+		volume->camera_mask[count++] = mask;
+	}
+	volume->count = count;
+	assert(!rigid_fit(pairs, (int)count, &fit));
+	for (uint32_t i = 0; i < count; i++)
+		off_m[i] = vec3_sub(pairs[i].to, pose_apply(&fit, pairs[i].from));
+}
+
+int wave_solve(const struct waved *waved, struct solution *solution, struct seed *seed)
+{
+	const struct solve_settings settings = SOLVE_SETTINGS_DEFAULT;
+	int err = seed_make(seed, &waved->observations, NULL);
+
+	if (!err)
+		err = solve(solution, &waved->observations, seed, &settings, NULL);
+	if (err)
+		seed_finish(seed);
+	return err;
 }

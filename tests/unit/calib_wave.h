@@ -8,6 +8,7 @@
 #include "calib/observations.h"
 #include "calib/sight.h"
 #include "calib/solve.h"
+#include "calib/volume.h"
 #include "sim/cameras.h"
 
 struct wave {
@@ -15,9 +16,10 @@ struct wave {
 	uint32_t pose_count;
 	struct board board;
 	double noise_px;
-	double lost_part; /* of the corners, at random */
-	double stretch;   /* of the print's height; 0: none */
-	uint64_t seed;
+	double lost_part;    /* of the corners, at random */
+	double stretch;      /* of the print's height; 0: none */
+	uint64_t seed;       /* of cameras and poses */
+	uint64_t noise_seed; /* of the corners' noise */
 };
 
 struct waved {
@@ -47,3 +49,11 @@ struct wave_errors wave_judge(const struct waved *waved, const struct solution *
  * cameras in the mask; in coordinates of its reference. False: fewer than two see it. */
 bool wave_triangulate(const struct waved *waved, const struct solution *solution,
 		      uint32_t camera_mask, struct vec3 p_stage_m, struct vec3 *p_ref_m);
+
+/* The volume's points as the solution has them, and how far each is off, rigidly aligned, in the
+ * axes of its reference. */
+void wave_volume(const struct waved *waved, const struct solution *solution, struct volume *volume,
+		 struct vec3 off_m[VOLUME_POINT_MAX]);
+
+/* Seeds and solves with default settings. Returns 0 or a negative errno. */
+int wave_solve(const struct waved *waved, struct solution *solution, struct seed *seed);
