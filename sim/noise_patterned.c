@@ -72,14 +72,23 @@ static int8_t rounded(double value)
 	return (int8_t)lround(fmin(fmax(value, -127), 127));
 }
 
+/* Mean 0 and variance 1, nearly normal, from -3.4 to 3.4: four dice of 256 faces. */
+static double cast(struct rng *rng)
+{
+	uint32_t bits = rng_u32(rng);
+	int sum = (int)((bits & 255) + (bits >> 8 & 255) + (bits >> 16 & 255) + (bits >> 24));
+
+	return (sum - 510) / sqrt(4 * (65536 - 1) / 12.0);
+}
+
 static void fill_pattern(struct patterned_noise *noise, struct rng *rng)
 {
 	size_t count = (size_t)noise->width_px * (size_t)noise->height_px;
 
 	for (size_t i = 0; i < count; i++) {
 		noise->offset[i] =
-			rounded(PATTERNED_OFFSET_GREY * UNITS / OFFSET_UNITS * rng_normal(rng));
-		noise->gain[i] = rounded(PATTERNED_GAIN / GAIN_UNIT * rng_normal(rng));
+			rounded(PATTERNED_OFFSET_GREY * UNITS / OFFSET_UNITS * cast(rng));
+		noise->gain[i] = rounded(PATTERNED_GAIN / GAIN_UNIT * cast(rng));
 	}
 }
 
@@ -185,7 +194,11 @@ static double draw_many(struct rng *rng, double mean)
 /* Up the distribution until the random share is used up. */
 static double draw_few(struct rng *rng, double mean)
 {
-	double share = rng_uniform(rng), probability = exp(-mean);
+	double share = rng_uniform(rng);
+
+	if (share < 1 - mean) /* which is less than exp(-mean) */
+		return 0;
+	double probability = exp(-mean);
 	int n = 0;
 
 	while (share > probability && n < 100) {
@@ -195,22 +208,20 @@ static double draw_few(struct rng *rng, double mean)
 	return n;
 }
 
+/* Photons of the spot come to those of the ambient: sums of Poisson numbers are Poisson numbers. */
 void patterned_noise_expose(const struct patterned_noise *noise, struct rng *rng,
 			    const int16_t *rows, int x, int y, const float *light_grey,
 			    uint8_t *pixels, size_t count)
 {
 	size_t at = (size_t)y * (size_t)noise->width_px + (size_t)x;
-	double dark = UNITS * noise->black_grey + rows[y];
 
 	for (size_t i = 0; i < count; i++) {
-		double light = noise->ambient_grey + (double)light_grey[i];
-		double mean = light * PATTERNED_ELECTRONS_PER_GREY *
+		double mean = (double)light_grey[i] * PATTERNED_ELECTRONS_PER_GREY *
 			      (1 + GAIN_UNIT * noise->gain[at + i]);
 		double photons = mean < 10 ? draw_few(rng, mean) : draw_many(rng, mean);
-		double units = dark + UNITS_PER_ELECTRON * photons +
-			       PATTERNED_READ_GREY * UNITS * rng_normal(rng) +
-			       OFFSET_UNITS * noise->offset[at + i];
+		int units = noise->dark[rng_u32(rng) >> 18] + rows[y] +
+			    OFFSET_UNITS * noise->offset[at + i];
 
-		pixels[i] = digitised((int)lround(fmin(units, 256 * UNITS)));
+		pixels[i] = digitised(units + UNITS_PER_ELECTRON * (int)fmin(photons, 1e6));
 	}
 }

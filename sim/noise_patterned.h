@@ -13,7 +13,7 @@
 #define PATTERNED_READ_GREY 1.6
 #define PATTERNED_ROW_GREY 0.4    /* of each row of a picture, anew in each */
 #define PATTERNED_OFFSET_GREY 0.8 /* of each pixel, the same in all pictures (DSNU) */
-#define PATTERNED_GAIN 0.01       /* of each pixel, the same in all pictures (PRNU) */
+#define PATTERNED_GAIN 0.01       /* of each pixel for spots, the same in all pictures (PRNU) */
 
 struct patterned_noise;
 

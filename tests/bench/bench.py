@@ -14,9 +14,10 @@ USAGE = """usage: ./stage bench [NAME] [--json] [OPTION ...]
   NAME      station  what the station costs over the bare minimum, in one run
             blobs    finding spots: time over reading the frame, centroids over the noise bound
             points   triangulation over the noise bound, covariances, solve time
+            render   pictures of the simulator per second, speed of scenes at blob level
             without: all of them, one after the other
   --json    one object: every figure, and under "gates" its gate, its ambition and what is met
-  OPTION    of that bench (station: --rounds N; points: --seed N, --quick)
+  OPTION    of that bench (station: --rounds N; points: --seed N, --quick; render: --seed N)
 Ends with 1 when a figure misses its gate. docs/figures.md tells what each figure means.
 """
 
@@ -41,6 +42,8 @@ FIGURES = [
     ("points", "ellipsoid_95_share_least", 0.92, 0.92),
     ("points", "ellipsoid_95_share_most", 0.98, 0.98),
     ("points", "solve_cpu_us_p99", 500, 150),
+    ("render", "render_images_per_s", 60, 125),
+    ("render", "blob_level_over_real_time", 20, 30),
 ]
 BENCHES = list(dict.fromkeys(row[0] for row in FIGURES))
 
