@@ -11,10 +11,12 @@
 typedef void sim_progress_fn(uint64_t shots_done, uint64_t shot_count, void *user);
 
 /*
- * Writes DIR/NAME/NNNNNN.pgm and DIR/NAME/frames.csv per camera, DIR/rig, DIR/layout.yaml,
- * DIR/stage.yaml and DIR/truth.jsonl, one object a shot:
- *   {"shot", "mid_exposure_ns", "head": {"q": [w,x,y,z], "t_m": [x,y,z]},
- *    "markers": [{"name", "p_m": [x,y,z], "cameras": k, "visible": ["ir0", ...]}]}
+ * Writes DIR/NAME/NNNNNN.pgm and DIR/NAME/frames.csv per camera, DIR/rig, DIR/layout.yaml (of
+ * several actors: DIR/layout-ACTOR.yaml), DIR/stage.yaml and DIR/truth.jsonl, one object a shot:
+ *   {"shot", "mid_exposure_ns", "heads": [{"actor", "q": [w,x,y,z], "t_m": [x,y,z]}],
+ *    "head": the first of them,
+ *    "markers": [{"name", "actor", "p_m": [x,y,z], "worn", "cameras": k, "visible": ["ir0", ...]}],
+ *    "ghosts": [{"p_m", "visible"}]}
  * HD cameras have images in the shots that they expose in alone: their Bayer mosaics (RGGB) as grey
  * PGM, which a files: camera of role hd takes for what they are.
  * The scene's faults are in it as far as a recording can hold them: frames that never came are not

@@ -32,33 +32,64 @@ static json_t *visible_json(const struct sim_scene *scene, uint32_t mask)
 	return names;
 }
 
+static json_t *marker_json(const struct sim_scene *scene, const struct sim_truth *truth, uint32_t m)
+{
+	const struct sim_truth_marker *marker = &truth->markers[m];
+	const struct layout_actor *actor = &scene->layout.actors[scene->markers[m].actor];
+
+	return json_pack("{s:s,s:s,s:o,s:b,s:i,s:o}", "name", scene->layout.markers[m].name,
+			 "actor", actor->name, "p_m", vec3_json(marker->p_stage_m), "worn",
+			 marker->worn, "cameras", __builtin_popcount(marker->visible_mask),
+			 "visible", visible_json(scene, marker->visible_mask));
+}
+
 static json_t *markers_json(const struct sim_scene *scene, const struct sim_truth *truth)
 {
 	json_t *markers = json_array();
 
-	for (uint32_t m = 0; m < truth->marker_count; m++) {
-		const struct sim_truth_marker *marker = &truth->markers[m];
-
-		json_array_append_new(markers,
-				      json_pack("{s:s,s:o,s:i,s:o}", "name",
-						scene->layout.markers[m].name, "p_m",
-						vec3_json(marker->p_stage_m), "cameras",
-						__builtin_popcount(marker->visible_mask), "visible",
-						visible_json(scene, marker->visible_mask)));
-	}
+	for (uint32_t m = 0; m < truth->marker_count; m++)
+		json_array_append_new(markers, marker_json(scene, truth, m));
 	return markers;
+}
+
+static json_t *heads_json(const struct sim_scene *scene, const struct sim_truth *truth)
+{
+	json_t *heads = json_array();
+
+	for (uint32_t a = 0; a < truth->actor_count; a++) {
+		json_t *head = pose_json(&truth->actors[a].rt_stage_head);
+
+		json_object_set_new(head, "actor", json_string(scene->layout.actors[a].name));
+		json_array_append_new(heads, head);
+	}
+	return heads;
+}
+
+static json_t *ghosts_json(const struct sim_scene *scene, const struct sim_truth *truth)
+{
+	json_t *ghosts = json_array();
+
+	for (uint32_t g = 0; g < truth->ghost_count; g++)
+		json_array_append_new(
+			ghosts,
+			json_pack("{s:o,s:o}", "p_m", vec3_json(truth->ghosts[g].centre_stage_m),
+				  "visible", visible_json(scene, truth->ghosts[g].visible_mask)));
+	return ghosts;
 }
 
 int truth_json_write(const struct sim_scene *scene, uint64_t shot, const struct sim_truth *truth,
 		     FILE *file)
 {
-	json_t *line = json_pack("{s:I,s:I,s:o,s:o}", "shot", (json_int_t)shot, "mid_exposure_ns",
-				 (json_int_t)sim_scene_mid_exposure_ns(scene, shot), "head",
-				 pose_json(&truth->actors[0].rt_stage_head), "markers",
-				 markers_json(scene, truth));
+	json_t *line =
+		json_pack("{s:I,s:I,s:o,s:o,s:o}", "shot", (json_int_t)shot, "mid_exposure_ns",
+			  (json_int_t)sim_scene_mid_exposure_ns(scene, shot), "heads",
+			  heads_json(scene, truth), "markers", markers_json(scene, truth), "ghosts",
+			  ghosts_json(scene, truth));
 
 	if (!line)
 		return -ENOMEM;
+	if (truth->actor_count) /* of the first actor, by itself */
+		json_object_set_new(line, "head", pose_json(&truth->actors[0].rt_stage_head));
 	if (scene->script.board) { /* rt_stage_board */
 		struct pose rt = sim_board_pose(&scene->board, truth->time_s);
 
