@@ -6,7 +6,7 @@
 #include <math.h>
 
 #define DISC_SHARE (1 / 16.0)    /* of D2, a uniform disc's spread along one axis */
-#define MODEL_ERROR 0.1         /* of a spread: spots are neither Gaussians nor discs */
+#define MODEL_ERROR 0.1          /* of a spread: spots are neither Gaussians nor discs */
 #define MODEL_ERROR_CLIPPED 0.35 /* clipping widens what is left */
 #define GRID_ERROR_PX2 0.1       /* small spots are counted in whole pixels */
 #define BLUR_ERROR 0.1

@@ -5,6 +5,13 @@
 
 #include <string.h>
 
+#include "track/wear.h"
+
+#define MARGIN_MAX 20.0 /* squared sigmas that are still believed */
+#define YOUNG_DOUBT 0.02
+#define YOUNG_S 0.3
+#define TWO_CAMERA_CONFIDENCE 0.97f
+
 static void emit_point(const struct point *point, struct marker *out)
 {
 	*out = (struct marker){.label = point->label,
@@ -17,18 +24,66 @@ static void emit_point(const struct point *point, struct marker *out)
 	memcpy(out->cov_m2, point->fix.cov_m2, sizeof(out->cov_m2));
 }
 
+/* In head coordinates, and as the master neutral would have it. */
+static void emit_layers(const struct tracker_state *state, const struct labelling *l, uint32_t i,
+			const bool *shown, struct marker *out)
+{
+	const struct label_state *label = &state->labels[i];
+	const struct pose *head = &l->rt_stage_frame[label->actor];
+
+	if (out->status == MARKER_MISSING || !shown[label->actor])
+		return;
+	struct pose back = pose_inverse(head);
+	struct vec3 p = pose_apply(&back, out->p_stage_m);
+	struct vec3 n = vec3_sub(p, vec3_sub(label->base_m, label->master_m));
+
+	out->flags |= MARKER_STABILISED;
+	memcpy(out->stabilised_m, (float[]){(float)p.x, (float)p.y, (float)p.z},
+	       sizeof(out->stabilised_m));
+	if (label->kind == LABEL_BODY || label->base_count == 0)
+		return;
+	out->flags |= MARKER_NORMALISED;
+	memcpy(out->normalised_m, (float[]){(float)n.x, (float)n.y, (float)n.z},
+	       sizeof(out->normalised_m));
+}
+
+/* The chance that the name is right: what speaks for another reading, how long it has held, and
+ * whether a third camera confirms the place. */
+static float confidence_of(const struct labelling *l, const struct label_state *label, uint32_t i,
+			   int camera_count)
+{
+	double other = 0.5 * exp(-0.5 * fmin(l->margin[i], MARGIN_MAX));
+	double young = YOUNG_DOUBT * exp(-label->named_s / YOUNG_S);
+
+	if (camera_count == 2)
+		return (float)fmin(TWO_CAMERA_CONFIDENCE, 1 - young);
+	return (float)(1 - fmin(other + young, 1));
+}
+
 static void emit_unseen(const struct tracker_state *state, const struct labelling *l, uint32_t i,
 			bool shown, struct marker *out)
 {
 	const struct label_state *label = &state->labels[i];
 
 	*out = (struct marker){.label = (int16_t)i, .status = MARKER_MISSING};
-	if (!shown || label->seen_ns == 0)
+	if (wear_is_gone(label))
+		out->flags |= MARKER_GONE;
+	if (!shown || label->seen_ns == 0 || wear_is_gone(label))
 		return;
 	double variance_m2 = l->predictions.labels[i].sigma_m * l->predictions.labels[i].sigma_m;
 	out->status = MARKER_PREDICTED;
 	out->p_stage_m = pose_apply(&l->rt_stage_frame[label->frame], label->filled_m);
 	out->cov_m2[0] = out->cov_m2[3] = out->cov_m2[5] = variance_m2;
+}
+
+static void emit_named(const struct tracker_state *state, const struct labelling *l,
+		       const struct point *point, struct marker_set *out)
+{
+	struct marker *marker = &out->markers[point->label];
+	uint32_t i = (uint32_t)point->label;
+
+	emit_point(point, marker);
+	marker->confidence = confidence_of(l, &state->labels[i], i, point->fix.used_count);
 }
 
 static void emit_loose(struct tracker_state *state, const struct point *point,
@@ -55,6 +110,8 @@ void emit_markers(struct tracker_state *state, const struct labelling *l,
 		if (points[p].label == LABEL_NONE)
 			emit_loose(state, &points[p], out);
 		else
-			emit_point(&points[p], &out->markers[points[p].label]);
+			emit_named(state, l, &points[p], out);
 	}
+	for (uint32_t i = 0; i < state->label_count; i++)
+		emit_layers(state, l, i, shown, &out->markers[i]);
 }

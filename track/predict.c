@@ -62,6 +62,33 @@ static bool may_speak_for(const struct tracker_state *state, const struct layout
 	       !groups_oppose(its, group);
 }
 
+/* Keeps the nearest others of the frame, whatever they say of it. */
+static void init_watch(struct tracker_state *state, struct label_state *label, uint32_t first,
+		       uint32_t end)
+{
+	for (int k = 0; k < WATCH_MAX; k++)
+		label->watch[k] = LABEL_NONE;
+	for (uint32_t i = first; i < end; i++) {
+		const struct label_state *other = &state->labels[i];
+		int16_t moving = (int16_t)i;
+
+		if (other == label || other->frame != label->frame)
+			continue;
+		for (int k = 0; k < WATCH_MAX; k++) {
+			int16_t held = label->watch[k];
+
+			if (held >= 0 &&
+			    vec3_distance(label->master_m, state->labels[held].master_m) <=
+				    vec3_distance(label->master_m, state->labels[moving].master_m))
+				continue;
+			label->watch[k] = moving;
+			if (held < 0)
+				break;
+			moving = held;
+		}
+	}
+}
+
 static void init_neighbours(struct tracker_state *state, const struct layout *layout, uint32_t i)
 {
 	const struct layout_actor *actor = &layout->actors[state->labels[i].actor];
@@ -104,7 +131,7 @@ static void init_label(struct tracker_state *state, const struct layout *layout,
 	label->actor = actor;
 	label->kind = marker->segment[0] ? LABEL_BODY : marker->rigid ? LABEL_SKULL : LABEL_SKIN;
 	label->frame = frame_of(state, layout, i);
-	label->base_m = label->rest_m = marker->neutral_m;
+	label->master_m = label->base_m = label->rest_m = marker->neutral_m;
 	label->rest_variance_m2 = REST_PRIOR_M2;
 	struct frame_state *frame = &state->frames[label->frame];
 	if (frame->label_count++ == 0)
@@ -125,6 +152,9 @@ void predict_init(struct tracker_state *state, const struct layout *layout)
 			init_label(state, layout, (int16_t)a, i);
 		for (uint32_t i = actor->first; i < actor->first + actor->count; i++)
 			init_neighbours(state, layout, i);
+		for (uint32_t i = actor->first; i < actor->first + actor->count; i++)
+			init_watch(state, &state->labels[i], actor->first,
+				   actor->first + actor->count);
 	}
 }
 

@@ -4,6 +4,8 @@
  */
 #include "track/remember.h"
 
+#include "track/wear.h"
+
 #define STEADY_S 0.3    /* an unclear name is given when it holds this long */
 #define STRANGE_MAX 12  /* shots in a row against the neighbours until a name is taken back */
 #define STRANGE_M 0.003 /* disagreement beyond this and a share of the spacing is strange */
@@ -33,7 +35,7 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 
 	if (label->steady_since_ns == 0)
 		label->steady_since_ns = now_ns;
-	if (point->fix.used_count >= 3 && label_is_clear(l, state, i))
+	if (point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_clear(l, state, i))
 		return true;
 	return (double)(now_ns - label->steady_since_ns) * 1e-9 > STEADY_S;
 }
@@ -95,7 +97,7 @@ static bool is_followed(const struct labelling *l, const struct label_state *lab
 }
 
 static void update_label(struct tracker_state *state, const struct labelling *l,
-			 struct point *points, uint32_t i, int64_t now_ns)
+			 struct point *points, uint32_t i, int64_t now_ns, double dt_s)
 {
 	struct label_state *label = &state->labels[i];
 	struct vec3 told_m;
@@ -119,6 +121,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 		predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m);
 		label->offset_m = vec3_sub(l->seen_m[i], told_m);
 	}
+	label->named_s = label->confirmed ? label->named_s + dt_s : 0;
 	follow(label, l->seen_m[i], fix_noise_m(&point->fix), now_ns);
 	label->camera_mask = point->fix.used_mask;
 	point->label = (int16_t)i;
@@ -147,6 +150,7 @@ void remember_labels(struct labelling *l, struct tracker_state *state, struct po
 						  points[l->point_of_label[i]].fix.p_stage_m);
 	for (uint32_t i = 0; i < state->label_count; i++)
 		if (l->found[state->labels[i].frame])
-			update_label(state, l, points, i, now_ns);
+			update_label(state, l, points, i, now_ns, dt_s);
 	learn_motion(state, l, points, anchored, dt_s);
+	wear_learn(state, l, points, anchored, dt_s);
 }

@@ -11,6 +11,7 @@
 #include "track/layout.h"
 
 #define NEIGHBOUR_MAX 8
+#define WATCH_MAX 4
 #define LOOSE_MAX 768
 #define FRAME_MAX (ACTOR_MAX * (1 + SEGMENT_MAX)) /* heads and segments of bodies */
 
@@ -35,7 +36,14 @@ struct label_state {
 	struct neighbour neighbours[NEIGHBOUR_MAX];
 	double spacing_m; /* to the nearest other marker */
 
-	struct vec3 base_m; /* where it is in the neutral face, as worn today */
+	int16_t watch[WATCH_MAX]; /* the nearest others of its frame, or -1 */
+	struct vec3 master_m;     /* where the layout has it */
+
+	/* as worn today */
+	struct vec3 base_m;  /* where it is in the neutral pose */
+	uint32_t base_count; /* shots that told so; 0 = it is the layout's */
+	double absent_s;     /* for how long it should have been seen and was not */
+
 	/* where it rests, in the coordinates of its frame as all that follows: learned while the
 	 * rigid markers hold the head, so that the skin can hold it when they are hidden */
 	struct vec3 rest_m;
@@ -52,6 +60,7 @@ struct label_state {
 	struct vec3 offset_m; /* from where the neighbours told, when three cameras last saw it */
 	int64_t seen_ns;      /* when it was last measured; 0 = never */
 	uint32_t camera_mask; /* by which cameras */
+	double named_s;       /* how long it has had its name */
 	int64_t steady_since_ns; /* unconfirmed: explained without a break since; 0 = not */
 	int32_t strange_count;   /* shots in a row in which it disagreed with its neighbours */
 };
@@ -71,6 +80,16 @@ struct frame_state {
 	uint32_t acquire_cursor;     /* where the search for it goes on */
 };
 
+/* Of a head, what needs time to tell. */
+struct face_state {
+	double still_s;     /* neutral and still since */
+	bool neutral_known; /* the day's neutral was learned */
+	struct vec3
+		shift_m; /* of the skin against the rigid markers, smoothed: of the face's ... */
+	struct vec3 turn_rad; /* ... middle, and its turn; head axes */
+	double slipped_m;     /* how far the rigid markers have slipped in all */
+};
+
 struct tracker_state {
 	int64_t mid_exposure_ns; /* of the last shot; 0 before the first */
 	int64_t period_ns;       /* last gap between shots */
@@ -83,6 +102,7 @@ struct tracker_state {
 	uint32_t segment_turn;
 	uint32_t acquire_turn; /* the lost head whose turn it is to be searched for */
 	struct frame_state frames[FRAME_MAX];
+	struct face_state faces[ACTOR_MAX];
 	struct label_state labels[LABEL_MAX];
 	uint32_t loose_count;
 	struct vec3 loose_stage_m[LOOSE_MAX]; /* the unlabelled points of the last shot */

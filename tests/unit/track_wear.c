@@ -1,0 +1,120 @@
+/*
+ * How the markers are worn today: fallen ones are named, the day's offsets are taken off, a slipped
+ * head band is found out.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "sim/play.h"
+
+static const struct blob_play CLEAN = {.sigma_px = 0.03, .merge_px = 2.5};
+static struct sim_play play;
+
+static void begin(const char *scene, uint64_t seed)
+{
+	struct sim_options options = {.scene = scene, .seed = seed, .rate_hz = 60};
+	struct diag diag = {0};
+	int err = sim_play_init(&play, &options, &diag);
+
+	diag_print(&diag, stderr);
+	diag_finish(&diag);
+	assert_int_equal(err, 0);
+}
+
+static int label_of(const char *name)
+{
+	const struct layout *layout = sim_scene_layout(play.scene);
+
+	for (uint32_t i = 0; i < layout->marker_count; i++)
+		if (strcmp(layout->markers[i].name, name) == 0)
+			return (int)i;
+	fail();
+	return -1;
+}
+
+static void a_fallen_marker_is_gone_and_no_other(void **state)
+{
+	(void)state;
+	begin("05-fallen-and-reapplied", 3);
+	int fallen = label_of("cheek_l_3"), lent = label_of("brow_r_2"), gone_shots = 0;
+
+	for (uint64_t n = 0; n < 16 * 60; n++) {
+		sim_play_shot_us(&play, &CLEAN, n, 0);
+		for (uint32_t i = 0; i < play.set.label_count; i++) {
+			const struct marker *m = &play.set.markers[i];
+
+			if (!(m->flags & MARKER_GONE))
+				continue;
+			assert_true((int)i == fallen || (int)i == lent);
+			assert_int_equal(m->status, MARKER_MISSING);
+			assert_true(n > 8 * 60);
+			gone_shots += (int)i == fallen;
+		}
+	}
+	assert_true(gone_shots > 5 * 60);
+	/* found and put back, it has its name again */
+	assert_int_equal(play.set.markers[lent].status, MARKER_MEASURED);
+	assert_int_equal(play.set.markers[lent].flags & MARKER_GONE, 0);
+	sim_play_finish(&play);
+}
+
+static void the_days_offsets_are_taken_off(void **state)
+{
+	(void)state;
+	begin("05-fallen-and-reapplied", 4);
+	const struct layout *layout = sim_scene_layout(play.scene);
+	double stabilised2 = 0, normalised2 = 0;
+	int count = 0;
+
+	for (uint64_t n = 0; n < 100; n++)
+		sim_play_shot_us(&play, &CLEAN, n, 0);
+	for (uint32_t i = 0; i < play.set.label_count; i++) {
+		const struct marker *m = &play.set.markers[i];
+		struct vec3 wanted = layout->markers[i].neutral_m;
+
+		if (m->status != MARKER_MEASURED || layout->markers[i].rigid)
+			continue;
+		assert_true(m->flags & MARKER_NORMALISED);
+		struct vec3 s = {m->stabilised_m[0], m->stabilised_m[1], m->stabilised_m[2]};
+		struct vec3 k = {m->normalised_m[0], m->normalised_m[1], m->normalised_m[2]};
+		stabilised2 += pow(vec3_distance(s, wanted), 2);
+		normalised2 += pow(vec3_distance(k, wanted), 2);
+		count++;
+	}
+	print_message("# from the master: stabilised %.2f mm, normalised %.2f mm rms\n",
+		      1e3 * sqrt(stabilised2 / count), 1e3 * sqrt(normalised2 / count));
+	assert_true(sqrt(stabilised2 / count) > 0.8e-3);
+	assert_true(sqrt(normalised2 / count) < 0.2e-3);
+	sim_play_finish(&play);
+}
+
+static void an_expression_is_no_neutral(void **state)
+{
+	(void)state;
+	begin("10-no-neutral", 5);
+	for (uint64_t n = 0; n < 10 * 60; n++)
+		sim_play_shot_us(&play, &CLEAN, n, 0);
+	for (uint32_t i = 0; i < play.set.label_count; i++)
+		if (!sim_scene_layout(play.scene)->markers[i].rigid)
+			assert_int_equal(play.set.markers[i].flags & MARKER_NORMALISED, 0);
+	sim_play_finish(&play);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_fallen_marker_is_gone_and_no_other),
+		cmocka_unit_test(the_days_offsets_are_taken_off),
+		cmocka_unit_test(an_expression_is_no_neutral),
+	};
+
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
