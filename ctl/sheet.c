@@ -124,7 +124,7 @@ static void draw_legend(cairo_t *cr, const struct sheet *sheet, double y)
 		struct colour colour = sheet_colour(&mark);
 
 		cairo_set_source_rgb(cr, colour.red, colour.green, colour.blue);
-		sheet_draw_symbol(cr, mark.kind, x + 7, y - 5, 6);
+		sheet_draw_symbol(cr, mark.kind, x + 7, y - 5, 6, 1);
 		x = legend_text(cr, x + 20, y, SYMBOLS[i].text);
 	}
 	for (uint32_t i = 0; i < sheet->legend_count; i++) {

@@ -11,6 +11,7 @@
 #define LABEL_FONT 10.5
 #define RING_GAP 3.0 /* between a spot's edge and its ring, on paper */
 #define CROSS_ARM 4.0
+#define SIZE_MIN 0.4   /* of symbols, where pictures are made small */
 #define MARK_REACH 3.0 /* of a cross, for names that keep away */
 #define DIRECTIONS 16
 
@@ -52,22 +53,25 @@ static void to_paper(const struct sheet_frame *frame, const struct sheet_mark *m
 	at[1] = frame->top + (mark->y_px + 0.5 - frame->origin_px[1]) * frame->scale;
 }
 
-static void stroke_cross(cairo_t *cr, double x, double y)
+static void stroke_cross(cairo_t *cr, double x, double y, double size)
 {
-	cairo_move_to(cr, x - CROSS_ARM, y);
-	cairo_line_to(cr, x + CROSS_ARM, y);
-	cairo_move_to(cr, x, y - CROSS_ARM);
-	cairo_line_to(cr, x, y + CROSS_ARM);
+	double arm = CROSS_ARM * size;
+
+	cairo_move_to(cr, x - arm, y);
+	cairo_line_to(cr, x + arm, y);
+	cairo_move_to(cr, x, y - arm);
+	cairo_line_to(cr, x, y + arm);
 	cairo_stroke(cr);
 }
 
-void sheet_draw_symbol(cairo_t *cr, enum sheet_mark_kind kind, double x, double y, double radius)
+void sheet_draw_symbol(cairo_t *cr, enum sheet_mark_kind kind, double x, double y, double radius,
+		       double size)
 {
 	static const double dashes[] = {3, 2.5};
 
-	cairo_set_line_width(cr, kind == SHEET_STRAY ? 1.6 : 1.1);
+	cairo_set_line_width(cr, size * (kind == SHEET_STRAY ? 1.6 : 1.1));
 	if (kind == SHEET_CROSS || kind == SHEET_MISSED)
-		stroke_cross(cr, x, y);
+		stroke_cross(cr, x, y, size);
 	if (kind == SHEET_CROSS)
 		return;
 	if (kind == SHEET_MISSED)
@@ -87,6 +91,8 @@ static bool is_on_paper(const struct sheet_frame *frame, const double at[2])
 static void draw_symbols(cairo_t *cr, const struct sheet_frame *frame,
 			 const struct sheet_tile *tile)
 {
+	double size = fmin(fmax(frame->scale, SIZE_MIN), 1);
+
 	for (uint32_t i = 0; i < tile->mark_count; i++) {
 		const struct sheet_mark *mark = &tile->marks[i];
 		struct colour colour = sheet_colour(mark);
@@ -95,7 +101,7 @@ static void draw_symbols(cairo_t *cr, const struct sheet_frame *frame,
 		to_paper(frame, mark, at);
 		cairo_set_source_rgb(cr, colour.red, colour.green, colour.blue);
 		sheet_draw_symbol(cr, mark->kind, at[0], at[1],
-				  mark->radius_px * frame->scale + RING_GAP);
+				  mark->radius_px * frame->scale + RING_GAP * size, size);
 	}
 }
 

@@ -32,5 +32,6 @@ int sheet_paint_picture(cairo_t *cr, const struct sheet_frame *frame,
 /* Draws marks and names; a name that finds no free place is left out. */
 void sheet_draw_marks(cairo_t *cr, const struct sheet_frame *frame, const struct sheet_tile *tile);
 
-/* One symbol of a mark at a place of the paper. */
-void sheet_draw_symbol(cairo_t *cr, enum sheet_mark_kind kind, double x, double y, double radius);
+/* One symbol of a mark at a place of the paper; `size`: 1 = as it should be. */
+void sheet_draw_symbol(cairo_t *cr, enum sheet_mark_kind kind, double x, double y, double radius,
+		       double size);

@@ -24,7 +24,7 @@ struct sim_device {
 	const struct sim_camera *camera; /* the scene's */
 	uint32_t index;
 	bool is_hd;
-	int64_t period_ns, half_exposure_ns;
+	int64_t period_ns, half_exposure_ns, row_ns;
 	struct sim_picture *picture; /* owned */
 	/* owned by the capture thread */
 	uint64_t next_frame;
@@ -53,7 +53,8 @@ static int64_t mid_exposure_ns(const struct sim_device *device, uint64_t frame)
 
 static int64_t ready_ns(const struct sim_device *device, uint64_t frame)
 {
-	return mid_exposure_ns(device, frame) + device->half_exposure_ns + SIM_READOUT_NS;
+	return mid_exposure_ns(device, frame) + device->half_exposure_ns +
+	       device->row_ns * device->camera->height_px / 2 + SIM_READOUT_NS;
 }
 
 static sim_fault_mask faults_at(const struct sim_device *device, int64_t time_ns)
@@ -108,6 +109,7 @@ static int find_camera(const struct sim_scene *scene, const char *name, uint32_t
 static void set_timing(struct sim_device *device, const struct sim_scene *scene)
 {
 	device->period_ns = scene->period_ns * (device->is_hd ? scene->hd_divider : 1);
+	device->row_ns = device->is_hd ? scene->hd_row_ns : 0;
 	device->half_exposure_ns = device->is_hd ? SIM_HD_HALF_EXPOSURE_NS : SIM_HALF_EXPOSURE_NS;
 }
 
@@ -226,6 +228,7 @@ static void fill(struct sim_device *device, uint64_t frame, sim_fault_mask fault
 			      .device_seq = frame - device->uncounted,
 			      .mid_exposure_ns = exposed_ns + clock_off_ns,
 			      .uncertainty_ns = UNCERTAINTY_NS,
+			      .row_time_ns = device->row_ns,
 			      .arrival_ns = clock_now_ns()};
 	if (faults & late_stamp)
 		out->mid_exposure_ns += sim_scene_period_ns(sim_world_scene());

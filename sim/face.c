@@ -70,13 +70,24 @@ static double ramp(double value, double low, double high)
 	return fmin(fmax((value - low) / (high - low), 0.0), 1.0);
 }
 
-double face_ghost_brightness(const struct face_ghost *ghost, const double weights[BASIS_COUNT])
+double face_lips_parted_m(const double weights[BASIS_COUNT])
 {
 	double parted_mm = 18 * weights[BASIS_JAW_OPEN] + 9 * weights[BASIS_LIP_DROP] +
 			   5 * weights[BASIS_LIP_RAISE] - 6 * weights[BASIS_LIP_PRESS];
-	int lid = ghost->kind == GLOSS_EYE_L ? BASIS_BLINK_L : BASIS_BLINK_R;
+
+	return 1e-3 * fmax(parted_mm, 0);
+}
+
+double face_lid_closed(enum face_basis blink, const double weights[BASIS_COUNT])
+{
+	return fmin(fmax(weights[blink] + 0.3 * weights[BASIS_SQUINT], 0), 1);
+}
+
+double face_ghost_brightness(const struct face_ghost *ghost, const double weights[BASIS_COUNT])
+{
+	enum face_basis lid = ghost->kind == GLOSS_EYE_L ? BASIS_BLINK_L : BASIS_BLINK_R;
 
 	if (ghost->kind == GLOSS_TOOTH)
-		return ghost->brightness * ramp(parted_mm, 5, 9);
-	return ghost->brightness * (1 - ramp(weights[lid] + 0.3 * weights[BASIS_SQUINT], 0.3, 0.6));
+		return ghost->brightness * ramp(face_lips_parted_m(weights), 5e-3, 9e-3);
+	return ghost->brightness * (1 - ramp(face_lid_closed(lid, weights), 0.3, 0.6));
 }

@@ -68,5 +68,11 @@ struct vec3 face_marker_place(const struct face *face, uint32_t marker,
 bool face_marker_tucked(const struct face *face, uint32_t marker,
 			const double weights[BASIS_COUNT]);
 
+/* Between the lips; 0 when they are closed. */
+double face_lips_parted_m(const double weights[BASIS_COUNT]);
+
+/* `blink`: BASIS_BLINK_L or _R. From 0, open, to 1. */
+double face_lid_closed(enum face_basis blink, const double weights[BASIS_COUNT]);
+
 /* From 0, behind lips or lids, to the ghost's own. */
 double face_ghost_brightness(const struct face_ghost *ghost, const double weights[BASIS_COUNT]);

@@ -9,11 +9,11 @@
 #include <string.h>
 
 #include "sim/board_picture.h"
-#include "sim/hd_head.h"
+#include "sim/hd_figures.h"
 #include "sim/marker_spot.h"
 #include "sim/noise.h"
 
-#define PEAK_GREY 160.0   /* that a nominal marker adds to the skin */
+#define PEAK_GREY 330.0   /* of a nominal marker in the ring's light: beyond white */
 #define BLUR_SIGMA_PX 1.3 /* of lens and low-pass filter */
 #define BACKGROUND_GREY 20.0
 
@@ -25,13 +25,13 @@ struct sim_hd_renderer {
 	double brightness;
 	struct noise *noise;         /* owned; of light alone, without a background of its own */
 	uint8_t *background, *image; /* owned */
-	int8_t grain[HD_GRAIN + 4];
-	struct hd_head head;
+	int8_t grain[HD_GRAIN + HD_GRAIN_MORE];
+	struct hd_figures *figures;  /* owned */
 	struct board_picture *board; /* owned; NULL: there is none */
 	/* owned by the thread that renders */
-	struct sim_truth truth;
+	struct sim_rolling rolling;
 	uint32_t drawn_count;
-	struct pixel_window drawn[LABEL_MAX + 1]; /* what differs from the background */
+	struct pixel_window drawn[LABEL_MAX + HD_FIGURE_MAX]; /* what differs from the background */
 	float light[SPOT_WINDOW_MAX * SPOT_WINDOW_MAX];
 };
 
@@ -64,7 +64,7 @@ static void fill_background(struct sim_hd_renderer *renderer, struct rng *rng)
 /* Bounded so that the darkest texel stays above 0. */
 static void fill_grain(struct sim_hd_renderer *renderer, struct rng *rng)
 {
-	for (int i = 0; i < HD_GRAIN + 4; i++) {
+	for (int i = 0; i < HD_GRAIN + HD_GRAIN_MORE; i++) {
 		float value = 2.0f * renderer->noise->normals[rng_u32(rng) % NORMAL_COUNT];
 
 		renderer->grain[i] = (int8_t)fminf(fmaxf(roundf(value), -8), 8);
@@ -79,7 +79,6 @@ static void fill(struct sim_hd_renderer *renderer)
 	blur_init(&renderer->blur, BLUR_SIGMA_PX);
 	renderer->brightness =
 		marker_brightness(renderer->scene, renderer->camera, PEAK_GREY, BLUR_SIGMA_PX);
-	hd_head_init(&renderer->head);
 	fill_grain(renderer, &rng);
 	fill_background(renderer, &rng);
 }
@@ -105,6 +104,7 @@ int sim_hd_renderer_create(struct sim_hd_renderer **out, const struct sim_scene 
 	renderer->background = malloc(pixel_count(renderer));
 	renderer->image = malloc(pixel_count(renderer));
 	if (!renderer->background || !renderer->image || noise_create(&renderer->noise, 0) != 0 ||
+	    hd_figures_create(&renderer->figures, scene) != 0 ||
 	    (scene->script.board && add_board(renderer) != 0)) {
 		sim_hd_renderer_destroy(renderer);
 		return -ENOMEM;
@@ -120,6 +120,7 @@ void sim_hd_renderer_destroy(struct sim_hd_renderer *renderer)
 		return;
 	noise_destroy(renderer->noise);
 	board_picture_destroy(renderer->board);
+	hd_figures_destroy(renderer->figures);
 	free(renderer->background);
 	free(renderer->image);
 	free(renderer);
@@ -142,16 +143,14 @@ static void put_back(struct sim_hd_renderer *renderer)
 	renderer->drawn_count = 0;
 }
 
-static void draw_head(struct sim_hd_renderer *renderer, struct rng *rng)
+static void draw_figures(struct sim_hd_renderer *renderer, const struct sim_camera *camera,
+			 struct rng *rng)
 {
-	struct hd_sight sight;
+	struct hd_canvas canvas = {renderer->image, camera->width_px, renderer->grain,
+				   rng_u32(rng)};
 
-	if (!hd_sight_find(&sight, renderer->scene, renderer->camera,
-			   &renderer->truth.actors[0].rt_stage_head))
-		return;
-	renderer->drawn[renderer->drawn_count++] = sight.box;
-	hd_head_draw(&renderer->head, &sight, renderer->grain, rng_u32(rng), renderer->image,
-		     renderer->scene->cameras[renderer->camera].width_px);
+	renderer->drawn_count += hd_figures_draw(renderer->figures, &renderer->rolling, camera,
+						 &canvas, &renderer->drawn[renderer->drawn_count]);
 }
 
 /* The spot's light comes on top of what is there, with the noise of both. */
@@ -174,14 +173,17 @@ static void add_light(struct sim_hd_renderer *renderer, const struct pixel_windo
 static void draw_markers(struct sim_hd_renderer *renderer, struct rng *rng)
 {
 	const struct sim_camera *camera = &renderer->scene->cameras[renderer->camera];
-	double pixel[2], facing;
+	struct sim_truth *truth = &renderer->rolling.at[1];
+	double facing;
 
-	for (uint32_t m = 0; m < renderer->truth.marker_count; m++) {
-		if (!scene_camera_sees(renderer->scene, &renderer->truth, renderer->camera, m,
-				       pixel, &facing))
+	for (uint32_t m = 0; m < truth->marker_count; m++) {
+		struct sim_sight sight = sim_rolling_sight(&renderer->rolling, renderer->scene,
+							   renderer->camera, m, &facing);
+
+		if (!sight.seen)
 			continue;
-		struct spot spot = marker_spot(renderer->scene, &renderer->truth, renderer->camera,
-					       m, pixel, facing, renderer->brightness);
+		struct spot spot = marker_spot(renderer->scene, truth, renderer->camera, m,
+					       sight.pixel, facing, renderer->brightness);
 		struct pixel_window window =
 			spot_window(&spot, &renderer->blur, camera->width_px, camera->height_px);
 
@@ -195,19 +197,21 @@ const uint8_t *sim_hd_render(struct sim_hd_renderer *renderer, uint64_t shot, in
 			     int *height_px)
 {
 	const struct sim_camera *camera = &renderer->scene->cameras[renderer->camera];
-	double time_s = (double)sim_scene_hd_mid_exposure_ns(renderer->scene, shot) * 1e-9;
 	const struct sensor sensor = {.even = renderer->noise};
 	struct rng rng;
 
 	rng_init(&rng, renderer->scene->seed + shot * UINT64_C(0x9e3779b97f4a7c15),
 		 64 + renderer->camera);
-	scene_pose_markers(renderer->scene, time_s, &renderer->truth);
+	sim_rolling_init(&renderer->rolling, renderer->scene, renderer->camera, shot);
 	put_back(renderer);
 	if (renderer->board) {
 		renderer->drawn[renderer->drawn_count++] =
 			board_picture_draw(renderer->board, shot, &sensor, &rng, renderer->image);
 	} else {
-		draw_head(renderer, &rng);
+		draw_figures(renderer,
+			     scene_camera_at(renderer->scene, renderer->camera,
+					     renderer->rolling.at[1].time_s),
+			     &rng);
 		draw_markers(renderer, &rng);
 	}
 	*width_px = camera->width_px;

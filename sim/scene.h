@@ -54,6 +54,8 @@ struct sim_truth_actor {
 	struct pose rt_stage_head; /* of the skull, wherever the head band has slipped to */
 	/* of each body segment: takes its markers' neutral places to the stage */
 	struct pose rt_stage_segment[SEGMENT_COUNT];
+	double lips_parted_m;  /* the mouth's opening */
+	double lids_closed[2]; /* 0 to 1; left, right */
 };
 
 /* A glossy bit of a tooth or an eye. A lamp beside the lens shows as a spot where the surface faces

@@ -119,7 +119,8 @@ bool scene_camera_sees(const struct sim_scene *scene, const struct sim_truth *tr
 	const struct sim_truth_marker *marker = &truth->markers[m];
 	struct vec3 eye = camera->centre_stage_m, from = above(marker);
 
-	if (!marker->worn || marker->tucked || !faces(&scene->markers[m], marker, eye))
+	if (!marker->worn || marker->tucked || !faces(&scene->markers[m], marker, eye) ||
+	    !in_picture(camera, &scene->windows[c], marker->p_stage_m))
 		return false;
 	for (int o = 0; o < (int)truth->occluder_count; o++)
 		if (o != scene->markers[m].exempt &&

@@ -118,6 +118,9 @@ static void pose_actor(const struct sim_scene *scene, uint32_t a, const struct p
 					happenings_turn_rad(&scene->happenings, a, now.time_s));
 	now.rt_head_band = happenings_band(&scene->happenings, a, now.time_s);
 	truth->rt_stage_head = now.rt_stage_head;
+	truth->lips_parted_m = face_lips_parted_m(now.weights);
+	truth->lids_closed[0] = face_lid_closed(BASIS_BLINK_L, now.weights);
+	truth->lids_closed[1] = face_lid_closed(BASIS_BLINK_R, now.weights);
 	body_pose(&actor->body, rt_stage_neck, now.time_s, truth->rt_stage_segment);
 	pose_all_markers(&now, truth->rt_stage_segment, &out->markers[actor->first_marker]);
 	add_ghosts(&now, out);

@@ -55,6 +55,33 @@ struct sim_sight sim_rolling_sight(struct sim_rolling *rolling, const struct sim
 	return sight;
 }
 
+struct sim_truth_occluder sim_rolling_occluder(const struct sim_rolling *rolling, uint32_t occluder,
+					       double row)
+{
+	const struct sim_truth_occluder *first = &rolling->at[0].occluders[occluder],
+					*last = &rolling->at[2].occluders[occluder];
+	struct sim_truth_occluder now = rolling->at[1].occluders[occluder];
+	double place = 2 * row / (rolling->row_count - 1) - 1;
+
+	if (!rolling->rolls || occluder >= rolling->at[0].occluder_count ||
+	    occluder >= rolling->at[2].occluder_count)
+		return now; /* who has just come is drawn standing */
+	now.centre_stage_m =
+		between(first->centre_stage_m, now.centre_stage_m, last->centre_stage_m, place);
+	for (int k = 0; k < 3; k++) {
+		const double *a = first->to_unit[k], *b = last->to_unit[k];
+		double *m = now.to_unit[k];
+		struct vec3 row_now =
+			between((struct vec3){a[0], a[1], a[2]}, (struct vec3){m[0], m[1], m[2]},
+				(struct vec3){b[0], b[1], b[2]}, place);
+
+		m[0] = row_now.x;
+		m[1] = row_now.y;
+		m[2] = row_now.z;
+	}
+	return now;
+}
+
 int sim_scene_sights(const struct sim_scene *scene, uint32_t camera, uint64_t shot,
 		     struct sim_sight out[LABEL_MAX])
 {

@@ -32,6 +32,10 @@ void sim_rolling_init(struct sim_rolling *rolling, const struct sim_scene *scene
 struct sim_sight sim_rolling_sight(struct sim_rolling *rolling, const struct sim_scene *scene,
 				   uint32_t camera, uint32_t marker, double *facing);
 
+/* An occluder at the time of a row. */
+struct sim_truth_occluder sim_rolling_occluder(const struct sim_rolling *rolling, uint32_t occluder,
+					       double row);
+
 /* One for every marker of the layout. Returns 0 or -ENOMEM. */
 int sim_scene_sights(const struct sim_scene *scene, uint32_t camera, uint64_t shot,
 		     struct sim_sight out[LABEL_MAX]);
