@@ -11,7 +11,8 @@
 #define LOOK_BUDGET 16000000 /* blobs held against an epipolar plane */
 #define PAIR_BUDGET 8000     /* pairs of blobs looked at closely */
 #define SURE_VIEW_COUNT 4    /* such a point may claim its blobs at once */
-#define PARTNER_MAX 64       /* of one blob in one camera; the rest has other ways to be found */
+#define PARTNER_MAX \
+	64 /* of one blob in one camera; a true one beyond is found from its other views */
 
 struct budget {
 	int looks, pairs;
