@@ -348,7 +348,7 @@ void predict_learn(struct tracker_state *state, double dt_s, const bool *anchore
 			continue;
 		label->learned_s += dt_s;
 		learn_spread(state, label, seen_m[i], dt_s, seen, seen_m);
-		if (anchored[label->actor])
+		if (anchored[label->actor] && state->faces[label->actor].slipping_s == 0)
 			learn_rest(label, dt_s, seen_m[i]);
 	}
 }

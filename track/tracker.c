@@ -10,6 +10,7 @@
 #include "track/crowd.h"
 #include "track/emit.h"
 #include "track/head.h"
+#include "track/jig.h"
 #include "track/label.h"
 #include "track/match.h"
 #include "track/predict.h"
@@ -232,6 +233,28 @@ static void fit_frames(struct tracker_state *state, struct labelling *l, const s
 	}
 }
 
+/* What the next shot starts from. */
+static void remember_frame(struct tracker_state *state, struct tracker_scratch *scratch, int frame,
+			   struct head *fit, int64_t now_ns, double dt_s)
+{
+	struct frame_state *f = &state->frames[frame];
+	struct matcher *m = &scratch->matcher;
+
+	head_update(f, &fit->rt_stage_head, now_ns);
+	if ((uint32_t)frame >= state->actor_count) {
+		if (fit->rigid_count < 3) /* one axis was only guessed */
+			f->turn_rate_rad_s = f->velocity_m_s = (struct vec3){0, 0, 0};
+		return;
+	}
+	if (fit->rigid_count >= 3)
+		jig_watch(state, &scratch->labelling, frame, dt_s);
+	fit->slip_m = state->faces[frame].slipped_m;
+	fit->jig_slip = fit->slip_m > 0;
+	if (!crowd_doubt(&scratch->crowd, state, &scratch->labelling, m->points, m->point_count,
+			 frame, fit))
+		lose_frame(state, frame);
+}
+
 /* Names, poses and memory, given where the frames are. */
 static void name_shot(struct tracker_state *state, struct tracker_scratch *scratch, int64_t now_ns,
 		      double dt_s, struct head fits[FRAME_MAX])
@@ -249,17 +272,9 @@ static void name_shot(struct tracker_state *state, struct tracker_scratch *scrat
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		anchored[f] = fits[f].rigid_count >= 3;
 	remember_labels(l, state, m->points, anchored, now_ns, dt_s);
-	for (uint32_t f = 0; f < state->frame_count; f++) {
-		if (!l->found[f])
-			continue;
-		head_update(&state->frames[f], &fits[f].rt_stage_head, now_ns);
-		if (f >= state->actor_count && fits[f].rigid_count < 3)
-			state->frames[f].turn_rate_rad_s = state->frames[f].velocity_m_s =
-				(struct vec3){0, 0, 0}; /* one axis was only guessed */
-		if (f < state->actor_count && !crowd_doubt(&scratch->crowd, state, l, m->points,
-							   m->point_count, (int)f, &fits[f]))
-			lose_frame(state, (int)f);
-	}
+	for (uint32_t f = 0; f < state->frame_count; f++)
+		if (l->found[f])
+			remember_frame(state, scratch, (int)f, &fits[f], now_ns, dt_s);
 }
 
 static void begin_set(const struct tracker_state *state, const struct shot *shot,

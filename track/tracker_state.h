@@ -82,12 +82,12 @@ struct frame_state {
 
 /* Of a head, what needs time to tell. */
 struct face_state {
-	double still_s;     /* neutral and still since */
-	bool neutral_known; /* the day's neutral was learned */
-	struct vec3
-		shift_m; /* of the skin against the rigid markers, smoothed: of the face's ... */
-	struct vec3 turn_rad; /* ... middle, and its turn; head axes */
-	double slipped_m;     /* how far the rigid markers have slipped in all */
+	double still_s;      /* neutral and still since */
+	bool neutral_known;  /* the day's neutral was learned */
+	double slipping_s;   /* for how long the skin seems to have moved as one ... */
+	struct vec3 shift_m; /* ... and how far, smoothed; head axes */
+	struct vec3 turn_rad;
+	double slipped_m; /* how far the rigid markers have slipped in all */
 };
 
 struct tracker_state {

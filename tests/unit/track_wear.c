@@ -107,12 +107,61 @@ static void an_expression_is_no_neutral(void **state)
 	sim_play_finish(&play);
 }
 
+static double head_error_m(void)
+{
+	struct vec3 nose = {0, 0, 0.1};
+
+	return vec3_distance(pose_apply(&play.set.heads[0].rt_stage_head, nose),
+			     pose_apply(&play.truth.actors[0].rt_stage_head, nose));
+}
+
+static void a_slipped_band_is_named_and_made_good(void **state)
+{
+	(void)state;
+	begin("06-jig-slip", 6);
+	double worst_m = 0;
+
+	for (uint64_t n = 0; n < 20 * 60; n++) {
+		sim_play_shot_us(&play, &CLEAN, n, 0);
+		if (n < 7 * 60)
+			assert_int_equal(play.set.heads[0].jig_slip, 0);
+		if (n == 10 * 60) {
+			assert_int_equal(play.set.heads[0].jig_slip, 1);
+			print_message("# 3 mm read as %.2f mm\n", 1e3 * play.set.heads[0].slip_m);
+			assert_true(fabs(play.set.heads[0].slip_m - 3e-3) < 1e-3);
+		}
+		if (n > 17 * 60)
+			worst_m = fmax(worst_m, head_error_m());
+	}
+	print_message("# 9 mm in all read as %.2f mm, head within %.2f mm\n",
+		      1e3 * play.set.heads[0].slip_m, 1e3 * worst_m);
+	assert_true(fabs(play.set.heads[0].slip_m - 9e-3) < 2e-3);
+	assert_true(worst_m < 1.5e-3);
+	sim_play_finish(&play);
+}
+
+static void no_expression_is_a_slip(void **state)
+{
+	static const char *const scenes[] = {"01-lips-and-lids", "03-ghosts", "04-head-shake"};
+
+	(void)state;
+	for (int s = 0; s < 3; s++) {
+		begin(scenes[s], 7);
+		for (uint64_t n = 0; n < 12 * 60; n++)
+			sim_play_shot_us(&play, &CLEAN, n, 0);
+		assert_int_equal(play.set.heads[0].jig_slip, 0);
+		sim_play_finish(&play);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_fallen_marker_is_gone_and_no_other),
 		cmocka_unit_test(the_days_offsets_are_taken_off),
 		cmocka_unit_test(an_expression_is_no_neutral),
+		cmocka_unit_test(a_slipped_band_is_named_and_made_good),
+		cmocka_unit_test(no_expression_is_a_slip),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);
