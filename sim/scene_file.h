@@ -1,6 +1,6 @@
 /*
  * Scene files: YAML that says who performs what before which cameras, and what goes wrong.
- * docs/simulator.md lists every key.
+ * docs/scenes.md lists every key.
  */
 #pragma once
 
