@@ -88,6 +88,7 @@ static void read_residuals(struct solution *s, const struct problem *p,
 		all += sum[c];
 	}
 	double freedom = 2.0 * s->used_count - problem_state_count(p);
+	s->mrcal_rms_px = *p->rms_px;
 	s->rms_px = sqrt(all / fmax(s->used_count, 1));
 	s->sigma_px = sqrt(all / fmax(freedom, 1));
 }

@@ -32,8 +32,10 @@ struct solution {
 	double (*rt_ref_board)[6]; /* [nth pose of the observations] */
 	double (*residual_px)[2];  /* [view][corner], projected less seen; NaN: not used */
 
-	double warp_m[2]; /* of the board: warp_x_m, warp_y_m */
-	double rms_px;    /* of the distance, over all corners used */
+	double warp_m[2];    /* of the board: warp_x_m, warp_y_m */
+	double rms_px;       /* of the distance, over all corners used */
+	double mrcal_rms_px; /* as mrcal counts: per coordinate, unseen corners in the denominator
+			      */
 	double rms_camera_px[CAMERA_MAX];
 	uint32_t used_count;    /* corners */
 	uint32_t outlier_count; /* corners that were refused */

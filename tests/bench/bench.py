@@ -14,10 +14,12 @@ USAGE = """usage: ./stage bench [NAME] [--json] [OPTION ...]
   NAME      station  what the station costs over the bare minimum, in one run
             blobs    finding spots: time over reading the frame, centroids over the noise bound
             points   triangulation over the noise bound, covariances, solve time
+            calibration  rigs against the truth and against mrcal-calibrate-cameras, time, corners
             render   pictures of the simulator per second, speed of scenes at blob level
             without: all of them, one after the other
   --json    one object: every figure, and under "gates" its gate, its ambition and what is met
-  OPTION    of that bench (station: --rounds N; points: --seed N, --quick; render: --seed N)
+  OPTION    of that bench (station: --rounds N; points: --seed N, --quick; render: --seed N;
+            calibration: --seed N, --rigs N, --no-tool)
 Ends with 1 when a figure misses its gate. docs/figures.md tells what each figure means.
 """
 
@@ -42,9 +44,20 @@ FIGURES = [
     ("points", "ellipsoid_95_share_least", 0.92, 0.92),
     ("points", "ellipsoid_95_share_most", 0.98, 0.98),
     ("points", "solve_cpu_us_p99", 500, 150),
+    ("calibration", "rms_over_mrcal_tool", 1.01, 1.001),
+    ("calibration", "camera_position_vs_mrcal_tool_mm", 0.01, 0.001),
+    ("calibration", "camera_position_error_mm", 0.8, 0.3),
+    ("calibration", "volume_reprojection_rms_px", 0.05, 0.02),
+    ("calibration", "triangulation_mean_mm", 0.07, 0.02),
+    ("calibration", "corner_rms_px", 0.05, 0.04),
+    ("calibration", "one_sigma_coverage_least", 0.60, 0.60),
+    ("calibration", "one_sigma_coverage_most", 0.76, 0.76),
+    ("calibration", "wall_s", 60, 30),
     ("render", "render_images_per_s", 60, 125),
     ("render", "blob_level_over_real_time", 20, 30),
 ]
+# Not measured, and not missed, where the yardstick is not installed.
+NEED_TOOL = {"rms_over_mrcal_tool", "camera_position_vs_mrcal_tool_mm"}
 BENCHES = list(dict.fromkeys(row[0] for row in FIGURES))
 
 
@@ -101,7 +114,8 @@ def main(build, arguments):
     for name in names:
         values |= run(build, name, options)
     gates = {figure: judge(figure, gate, ambition, values.get(figure))
-             for bench, figure, gate, ambition in FIGURES if bench in names}
+             for bench, figure, gate, ambition in FIGURES
+             if bench in names and not (figure in NEED_TOOL and values.get("mrcal_tool_compared") == 0)}
     if as_json:
         print(json.dumps(values | {"gates": gates}))
     else:

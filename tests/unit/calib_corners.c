@@ -12,98 +12,38 @@
 
 #include <cmocka.h>
 
-#include "calib/corners.h"
 #include "calib/homography.h"
 #include "calib/tags.h"
+#include "calib_look.h"
 #include "config/board_pattern.h"
 #include "sim/render.h"
-#include "sim/scene_parts.h"
 
 #define CAMERAS 4
-#define SHOTS 3 /* looked at, SHOT_STEP apart */
-#define SHOT_STEP 37
-#define SQUARE_MIN_PX 40
-#define READABLE_PX 34 /* squares in which every tag is read */
-
-struct tally {
-	uint32_t in_sight, found;
-	double sum; /* of squared distances per axis, squares of SQUARE_MIN_PX */
-	double mean[2];
-	uint32_t measured;
-	double worst_px;
-};
 
 static struct sim_scene *make_scene(const char *optics)
 {
-	const struct sim_options options = {
-		.scene = "board", .seed = 3, .camera_count = CAMERAS, .optics = optics};
-	struct diag diag = {0};
-	struct sim_scene *scene;
+	struct sim_scene *scene = look_scene(optics, CAMERAS);
 
-	assert_int_equal(sim_scene_create(&scene, &options, &diag), 0);
+	assert_non_null(scene);
 	return scene;
-}
-
-static void add_corners(struct tally *tally, const struct corners *corners,
-			const struct sim_board_corner *truth, const struct board *board)
-{
-	for (int i = 0; i < board_corner_count(board); i++) {
-		double x = corners->px[i][0] - truth[i].pixel[0];
-		double y = corners->px[i][1] - truth[i].pixel[1];
-
-		tally->in_sight += truth[i].seen && corners->square_px > READABLE_PX;
-		if (isnan(x + y))
-			continue;
-		tally->found += corners->square_px > READABLE_PX;
-		tally->worst_px = fmax(tally->worst_px, hypot(x, y));
-		if (corners->square_px < SQUARE_MIN_PX)
-			continue;
-		tally->measured++;
-		tally->mean[0] += x;
-		tally->mean[1] += y;
-		tally->sum += (x * x + y * y) / 2;
-	}
-}
-
-static void look(struct tally *tally, struct corner_finder *finder, const struct sim_scene *scene,
-		 uint32_t camera)
-{
-	static struct sim_board_corner truth[BOARD_CORNER_MAX];
-	static struct corners corners;
-	struct sim_renderer *renderer;
-
-	assert_int_equal(sim_renderer_create(&renderer, scene, camera, SIM_NOISE_FULL), 0);
-	for (uint64_t shot = 5; shot < SHOTS * SHOT_STEP; shot += SHOT_STEP) {
-		struct exposure exposure = scene_exposure(scene, camera, shot);
-		struct grey_image image;
-
-		image.pixels = sim_render(renderer, shot, &image.width_px, &image.height_px);
-		image.stride_bytes = image.width_px;
-		sim_board_corners(&scene->board, &scene->cameras[camera], &exposure, truth);
-		assert_int_equal(corner_finder_run(finder, &image, &corners), 0);
-		add_corners(tally, &corners, truth, &scene->board.print);
-	}
-	sim_renderer_destroy(renderer);
 }
 
 static void corners_are_where_the_truth_has_them(const char *optics)
 {
+	const struct corner_settings settings = CORNER_SETTINGS_DEFAULT;
 	struct sim_scene *scene = make_scene(optics);
-	struct corner_settings settings = CORNER_SETTINGS_DEFAULT;
 	struct corner_finder *finder;
-	struct tally tally = {0};
+	struct look look = {0};
 
 	assert_int_equal(corner_finder_create(&finder, &scene->board.print, &settings), 0);
 	for (uint32_t c = 0; c < CAMERAS; c++)
-		look(&tally, finder, scene, c);
-	double rms_px = sqrt(tally.sum / tally.measured);
-	print_message("# %s: corner_rms_px %.4f\n", optics, rms_px);
-	assert_true(tally.measured > 300);
-	assert_true(rms_px < 0.03);
-	assert_true(tally.worst_px < 0.2);
-	assert_true(fabs(tally.mean[0] / tally.measured) < 0.01); /* no half pixel is lost */
-	assert_true(fabs(tally.mean[1] / tally.measured) < 0.01);
-	assert_true(tally.found > 0.98 * tally.in_sight);
+		assert_int_equal(look_at(&look, finder, scene, c, 3, 37), 0);
+	assert_true(look.measured > 300);
+	assert_true(sqrt(look.sum / look.measured) < 0.03);
+	assert_true(look.worst_px < 0.2);
+	assert_true(fabs(look.mean[0] / look.measured) < 0.01); /* no half pixel is lost */
+	assert_true(fabs(look.mean[1] / look.measured) < 0.01);
+	assert_true(look.found > 0.98 * look.in_sight);
 	corner_finder_destroy(finder);
 	sim_scene_destroy(scene);
 }
