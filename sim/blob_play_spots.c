@@ -44,6 +44,7 @@ struct play_camera play_camera_of(const struct sim_scene *scene, uint32_t camera
 	pthread_once(&bounds_once, make_bounds);
 	return (struct play_camera){
 		.eye = scene_camera_at(scene, camera, time_s),
+		.kind = kind,
 		.bounds = &bounds[kind],
 		.blur_px = optics_sigma_px(kind, share),
 		/* as if all noise were of the dark: too much for bright spots */
@@ -77,8 +78,9 @@ static bool runs_over_edge(const struct sim_camera *eye, const struct play_spot 
 
 bool play_spot_of(const struct play_camera *camera, const struct spot *spot, struct play_spot *out)
 {
-	double blur_px2 =
-		camera->blur_px * camera->blur_px + spot->defocus_px * spot->defocus_px / 16;
+	double defocus_px = optics_defocus_px(camera->kind, camera->eye->width_px,
+					      camera->eye->height_px, spot);
+	double blur_px2 = camera->blur_px * camera->blur_px + defocus_px * defocus_px / 16;
 	double light = spot_light(spot), blur_px = sqrt(blur_px2 + PIXEL_PX2), middle[2];
 	double radius_px = sqrt(light / (M_PI * spot->brightness));
 	struct bound bound = bound_of(camera->bounds, radius_px / blur_px, spot->brightness);

@@ -23,6 +23,7 @@ struct play_spot {
 
 struct play_camera {
 	const struct sim_camera *eye;
+	int kind; /* enum sim_optics */
 	const struct bound_table *bounds;
 	double blur_px, noise_gain; /* of sigma, by ambient light */
 };

@@ -78,9 +78,11 @@ static int make_canvas(struct sim_renderer *renderer, enum sim_noise noise, stru
 static int set_camera(struct sim_renderer *renderer, enum sim_noise noise, struct rng *rng)
 {
 	const struct sim_scene *scene = renderer->scene;
+	const struct sim_camera *camera = &scene->cameras[renderer->camera];
 	double share = optics_share(scene->seed, renderer->camera),
 	       sigma_px = optics_sigma_px(scene->script.optics, share);
-	int err = optics_init(&renderer->optics, scene->script.optics, share);
+	int err = optics_init(&renderer->optics, scene->script.optics, share, camera->width_px,
+			      camera->height_px);
 
 	if (err)
 		return err;
@@ -123,8 +125,7 @@ void sim_renderer_destroy(struct sim_renderer *renderer)
 static void add_spot(struct sim_renderer *renderer, const struct spot *spot)
 {
 	struct canvas *canvas = &renderer->canvas;
-	struct pixel_window window =
-		optics_window(&renderer->optics, spot, canvas->width_px, canvas->height_px);
+	struct pixel_window window = optics_window(&renderer->optics, spot);
 	float *light = canvas_add_window(canvas, window);
 
 	if (light)

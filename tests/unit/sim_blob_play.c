@@ -146,7 +146,7 @@ static double pixel_bound_px(const struct optics *optics, const struct spot *spo
 	static float here[SPOT_WINDOW_MAX * SPOT_WINDOW_MAX], there[sizeof(here) / sizeof(*here)];
 	const double step_px = 0.01;
 	const double variance = 4 + BOUND_BLACK_GREY / 40 + 1 / 12.0;
-	struct pixel_window w = optics_window(optics, spot, 1280, 1024);
+	struct pixel_window w = optics_window(optics, spot);
 	struct spot moved = *spot;
 	double information = 0;
 
@@ -169,7 +169,7 @@ static void bound_is_that_of_the_pixels(void **state)
 	double worst = 0;
 
 	(void)state;
-	assert_int_equal(optics_init(&optics, SIM_OPTICS_GAUSSIAN, 0.5), 0);
+	assert_int_equal(optics_init(&optics, SIM_OPTICS_GAUSSIAN, 0.5, 1280, 1024), 0);
 	bound_table_init(&table, 4 + BOUND_BLACK_GREY / 40 + 1 / 12.0, 40);
 	for (double radius_px = 0.4; radius_px < 6; radius_px *= 1.3)
 		for (double grey = 40; grey < 200; grey *= 1.5) {

@@ -33,7 +33,7 @@ static int make(void **state)
 
 	(void)state;
 	for (int kind = 0; kind < KINDS; kind++)
-		if (optics_init(&optics[kind], kind, 0.3))
+		if (optics_init(&optics[kind], kind, 0.3, 1280, 1024))
 			return -1;
 	return sim_scene_create(&scene, &options, NULL);
 }
@@ -52,10 +52,9 @@ struct moments {
 };
 
 /* Of the noise-free image. */
-static struct moments draw(int kind, const struct spot *spot, const struct sim_camera *camera)
+static struct moments draw(int kind, const struct spot *spot)
 {
-	struct pixel_window w =
-		optics_window(&optics[kind], spot, camera->width_px, camera->height_px);
+	struct pixel_window w = optics_window(&optics[kind], spot);
 	struct moments m = {0, 0, 0, 0};
 	const float *pixel = light;
 
@@ -119,7 +118,7 @@ static struct bias disc_bias(int kind, double diameter_m, double tilt_deg, doubl
 		assert_true(sim_camera_project(camera, p, truth));
 		assert_true(disc_spot(camera, p, tilted(camera, p, tilt_deg * RAD, way_deg * RAD),
 				      diameter_m / 2, 200, &spot));
-		struct moments m = draw(kind, &spot, camera);
+		struct moments m = draw(kind, &spot);
 
 		bias.x += (m.x - truth[0]) / (PHASES * PHASES);
 		bias.y += (m.y - truth[1]) / (PHASES * PHASES);
@@ -189,8 +188,6 @@ static void perspective_shifts_large_discs_by_as_much_as_is_said(void **state)
 
 static void hemispheres_lean_to_their_near_side(void **state)
 {
-	const struct sim_camera *camera = &scene->cameras[1];
-
 	(void)state;
 	for (int kind = 0; kind < KINDS; kind++)
 		for (double squeeze = 0; squeeze < 0.8; squeeze += 0.25)
@@ -201,7 +198,7 @@ static void hemispheres_lean_to_their_near_side(void **state)
 						    .squeeze = squeeze,
 						    .brightness = 200};
 				double shift = 4 / (3 * M_PI) * squeeze;
-				struct moments m = draw(kind, &spot, camera);
+				struct moments m = draw(kind, &spot);
 
 				assert_true(fabs(m.x - 500.3 - 0.6 * radius_px * shift) < 0.005);
 				assert_true(fabs(m.y - 400.6 - radius_px * shift) < 0.005);
@@ -212,8 +209,6 @@ static void hemispheres_lean_to_their_near_side(void **state)
 
 static void defocus_spreads_light_and_keeps_it(void **state)
 {
-	const struct sim_camera *camera = &scene->cameras[1];
-
 	(void)state;
 	for (int kind = 0; kind < KINDS; kind++) {
 		double last = 1e9;
@@ -223,7 +218,7 @@ static void defocus_spreads_light_and_keeps_it(void **state)
 					    .axes_px = {{1.5, 0}, {0, 1.5}},
 					    .brightness = 200,
 					    .defocus_px = defocus};
-			struct moments m = draw(kind, &spot, camera);
+			struct moments m = draw(kind, &spot);
 
 			assert_true(m.peak < last);
 			assert_true(fabs(m.sum / spot_light(&spot) - 1) < 0.02); /* faint halo */
@@ -236,18 +231,36 @@ static void defocus_spreads_light_and_keeps_it(void **state)
 /* Share of a point's light farther than 5 px away. */
 static double light_outside(int kind)
 {
-	const struct sim_camera *camera = &scene->cameras[1];
 	struct spot spot = {
 		.centre_px = {500, 400}, .axes_px = {{0.5, 0}, {0, 0.5}}, .brightness = 1e5};
-	struct pixel_window w =
-		optics_window(&optics[kind], &spot, camera->width_px, camera->height_px);
-	double outside = 0, sum = draw(kind, &spot, camera).sum;
+	struct pixel_window w = optics_window(&optics[kind], &spot);
+	double outside = 0, sum = draw(kind, &spot).sum;
 	const float *pixel = light;
 
 	for (int y = w.y0; y < w.y1; y++)
 		for (int x = w.x0; x < w.x1; x++, pixel++)
 			outside += hypot(x - 500, y - 400) > 5 ? (double)*pixel : 0;
 	return outside / sum;
+}
+
+static double peak_at(int kind, double x_px, double y_px)
+{
+	struct spot spot = {
+		.centre_px = {x_px, y_px}, .axes_px = {{1, 0}, {0, 1}}, .brightness = 200};
+
+	return draw(kind, &spot).peak;
+}
+
+static void one_model_loses_sharpness_towards_the_corners(void **state)
+{
+	const double middle = peak_at(SIM_OPTICS_TAILED, 640, 512);
+
+	(void)state;
+	assert_true(peak_at(SIM_OPTICS_TAILED, 1240, 980) < 0.93 * middle);
+	assert_true(peak_at(SIM_OPTICS_TAILED, 900, 700) < middle);
+	assert_true(fabs(peak_at(SIM_OPTICS_GAUSSIAN, 1240, 980) /
+				 peak_at(SIM_OPTICS_GAUSSIAN, 640, 512) -
+			 1) < 1e-3);
 }
 
 static void one_model_has_wide_tails_and_the_other_none(void **state)
@@ -364,6 +377,7 @@ int main(void)
 		cmocka_unit_test(perspective_shifts_large_discs_by_as_much_as_is_said),
 		cmocka_unit_test(hemispheres_lean_to_their_near_side),
 		cmocka_unit_test(defocus_spreads_light_and_keeps_it),
+		cmocka_unit_test(one_model_loses_sharpness_towards_the_corners),
 		cmocka_unit_test(one_model_has_wide_tails_and_the_other_none),
 		cmocka_unit_test(noise_has_the_stated_variance_at_every_grey_level),
 		cmocka_unit_test(patterns_stay_where_they_are_in_one_model_only),
