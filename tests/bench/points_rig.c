@@ -127,7 +127,8 @@ static void add_camera(struct random_rig *rig, struct rng *rng, struct vec3 dire
 	camera->rt_cam_stage = look(vec3_scale(direction, range_m),
 				    random_in_ball(rng, 0.1 * ball_m), between(rng, -3, 3));
 	camera->focal_px = fill * RIG_HEIGHT_PX / 2 * (range_m - ball_m) / (1.1 * ball_m);
-	camera->bend = between(rng, -0.1, 0.1);
+	double corner = hypot(RIG_WIDTH_PX, RIG_HEIGHT_PX) / 2 / camera->focal_px;
+	camera->bend = between(rng, -0.1, 0.1) / fmax(1, corner * corner);
 	if (view_init(&rig->views[rig->count], RIG_WIDTH_PX, RIG_HEIGHT_PX, camera->rt_cam_stage,
 		      &model, bad)) {
 		fprintf(stderr, "bench: a random lens cannot be used\n");
