@@ -163,6 +163,28 @@ static int errno_of_cairo(cairo_status_t status)
 	return -ENOMEM;
 }
 
+/* A smaller copy; the surface itself is given up. */
+static cairo_surface_t *made_smaller(cairo_surface_t *surface, int width_px)
+{
+	int width = cairo_image_surface_get_width(surface);
+	double scale = (double)width_px / width;
+	int height_px = (int)ceil(scale * cairo_image_surface_get_height(surface));
+
+	if (width_px <= 0 || width_px >= width)
+		return surface;
+	cairo_surface_t *small =
+		cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_px, height_px);
+	cairo_t *cr = cairo_create(small);
+
+	cairo_scale(cr, scale, scale);
+	cairo_set_source_surface(cr, surface, 0, 0);
+	cairo_pattern_set_filter(cairo_get_source(cr), CAIRO_FILTER_GOOD);
+	cairo_paint(cr);
+	cairo_destroy(cr);
+	cairo_surface_destroy(surface);
+	return small;
+}
+
 int sheet_write_png(const struct sheet *sheet, const char *path)
 {
 	int columns = column_count(sheet->tile_count);
@@ -177,10 +199,11 @@ int sheet_write_png(const struct sheet *sheet, const char *path)
 		err = draw(cr, sheet, columns, height);
 	if (!err)
 		err = errno_of_cairo(cairo_status(cr));
+	cairo_destroy(cr);
+	surface = made_smaller(surface, sheet->width_px);
 	errno = 0;
 	if (!err)
 		err = errno_of_cairo(cairo_surface_write_to_png(surface, path));
-	cairo_destroy(cr);
 	cairo_surface_destroy(surface);
 	return err;
 }

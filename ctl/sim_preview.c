@@ -4,6 +4,7 @@
  */
 #include <errno.h>
 #include <jansson.h>
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,6 +20,14 @@
 
 #define LEGEND_MAX 24
 #define BOARD_GROUP 3 /* a colour that neither paper nor ink has */
+
+struct preview_options {
+	struct sim_options scene;
+	double at_s;
+	bool whole, json;
+	uint64_t width_px;
+	const char *output;
+};
 
 struct preview {
 	struct sim_scene *scene;
@@ -155,24 +164,23 @@ static int take_all(struct preview *preview, double at_s)
 	return err;
 }
 
-static int write_sheet(const struct preview *preview, const struct sim_options *options, bool whole,
-		       const char *path)
+static int write_sheet(struct preview *preview, const struct preview_options *options)
 {
 	const struct layout *layout = sim_scene_layout(preview->scene);
 	struct sheet_legend legend[LEGEND_MAX];
-	bool board = sim_scene_board_sights(preview->scene, 0, preview->shot,
-					    ((struct preview *)preview)->corners) > 0;
-	struct sheet sheet = {.whole = whole || board,
+	bool board = sim_scene_board_sights(preview->scene, 0, preview->shot, preview->corners) > 0;
+	struct sheet sheet = {.whole = options->whole || board,
+			      .width_px = options->width_px > INT_MAX ? 0 : (int)options->width_px,
 			      .tile_count = preview->camera_count,
 			      .tiles = preview->tiles,
 			      .legend = legend};
 
 	snprintf(sheet.title, sizeof(sheet.title), "%s, seed %llu: %.3f s, shot %llu",
-		 options->scene, (unsigned long long)options->seed,
+		 options->scene.scene, (unsigned long long)options->scene.seed,
 		 1e-9 * (double)sim_scene_mid_exposure_ns(preview->scene, preview->shot),
 		 (unsigned long long)preview->shot);
 	sheet.legend_count = board ? 0 : sheet_layout_legend(layout, legend, LEGEND_MAX);
-	return sheet_write_png(&sheet, path);
+	return sheet_write_png(&sheet, options->output);
 }
 
 static void finish(struct preview *preview)
@@ -201,8 +209,7 @@ static void report(const struct preview *preview, const char *path, bool json)
 	json_decref(object);
 }
 
-static int preview_scene(const struct sim_options *options, double at_s, bool whole,
-			 const char *path, bool json)
+static int preview_scene(const struct preview_options *options)
 {
 	struct preview *preview = calloc(1, sizeof(*preview));
 	struct diag diag = {0};
@@ -210,16 +217,16 @@ static int preview_scene(const struct sim_options *options, double at_s, bool wh
 
 	if (!preview)
 		return EXIT_CODE_INTERNAL;
-	int err = sim_scene_create(&preview->scene, options, &diag);
+	int err = sim_scene_create(&preview->scene, &options->scene, &diag);
 
 	if (err) {
 		code = exit_code_of(err, EXIT_CODE_BAD_INPUT);
-	} else if ((err = take_all(preview, at_s)) != 0 ||
-		   (err = write_sheet(preview, options, whole, path)) != 0) {
-		diag_add(&diag, "%s: cannot write: %s", path, strerror(-err));
+	} else if ((err = take_all(preview, options->at_s)) != 0 ||
+		   (err = write_sheet(preview, options)) != 0) {
+		diag_add(&diag, "%s: cannot write: %s", options->output, strerror(-err));
 		code = EXIT_CODE_INTERNAL;
 	} else {
-		report(preview, path, json);
+		report(preview, options->output, options->json);
 	}
 	diag_print(&diag, stderr);
 	diag_finish(&diag);
@@ -237,37 +244,37 @@ static void default_path(char *path, size_t size, const char *scene)
 
 int verb_sim_preview(const struct verb *verb, int argc, char **argv)
 {
-	const char *output = NULL, *scene;
+	const char *scene;
 	char path[300];
-	uint64_t seed = 1, cameras = 0, hd = 0;
-	double at_s = 1;
-	bool whole = false, json = false;
+	uint64_t cameras = 0, hd = 0;
+	struct preview_options options = {
+		.scene = {.seed = 1, .hd_after_ir_ns = SIM_HD_AFTER_IR_NS}, .at_s = 1};
 	const struct argument arguments[] = {
-		{"at", "S", "at this time of the scene (default 1)", .number = &at_s},
-		{"seed", "N", "of face, motion and noise (default 1)", .count = &seed},
+		{"at", "S", "at this time of the scene (default 1)", .number = &options.at_s},
+		{"seed", "N", "of face, motion and noise (default 1)",
+		 .count = &options.scene.seed},
 		{"cameras", "N", "how many IR cameras (default: the scene's own)",
 		 .count = &cameras},
 		{"hd", "N", "HD cameras, 1 to 3 (default: the scene's own)", .count = &hd},
+		{"width", "PX", "make the sheet smaller (default: as large as it gets)",
+		 .count = &options.width_px},
 		{"whole", NULL, "whole images (default: the part with the markers)",
-		 .flag = &whole},
-		{"output", "FILE.png", "write here (default: the scene's name)", .text = &output},
-		{"json", NULL, "print one JSON object", .flag = &json},
+		 .flag = &options.whole},
+		{"output", "FILE.png", "write here (default: the scene's name)",
+		 .text = &options.output},
+		{"json", NULL, "print one JSON object", .flag = &options.json},
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, &scene, 1);
 
 	if (parsed != ARGUMENTS_OK)
 		return arguments_exit_code(parsed);
-	struct sim_options options = {
-		.scene = scene,
-		.seed = seed,
-		.camera_count = cameras > UINT32_MAX ? UINT32_MAX : (uint32_t)cameras,
-		.hd_camera_count = hd > UINT32_MAX ? UINT32_MAX : (uint32_t)hd,
-		.hd_after_ir_ns = SIM_HD_AFTER_IR_NS};
-
-	if (!output) {
+	options.scene.scene = scene;
+	options.scene.camera_count = cameras > UINT32_MAX ? UINT32_MAX : (uint32_t)cameras;
+	options.scene.hd_camera_count = hd > UINT32_MAX ? UINT32_MAX : (uint32_t)hd;
+	if (!options.output) {
 		default_path(path, sizeof(path), scene);
-		output = path;
+		options.output = path;
 	}
-	return preview_scene(&options, at_s, whole, output, json);
+	return preview_scene(&options);
 }
