@@ -43,6 +43,13 @@ def test_another_seed_gives_another_sheet(sheet, tmp_path):
     assert image.read_bytes() != sheet[0].read_bytes()
 
 
+def test_a_sheet_can_be_made_smaller(tmp_path):
+    image = tmp_path / "small.png"
+    done = ctl("sim", "preview", "rest", "--width", "900", "--output", image)
+    assert done.returncode == 0, done.stderr
+    assert read_png(image)[0] == 900
+
+
 def test_sheet_of_the_board_counts_its_corners(tmp_path):
     done = ctl("sim", "preview", "board", "--at", "3", "--output", tmp_path / "board.png")
     assert done.returncode == 0, done.stderr
