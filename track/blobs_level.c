@@ -5,7 +5,7 @@
 #include <errno.h>
 #include <limits.h>
 #include <math.h>
-#include <simde/x86/sse2.h>
+#include <simde/x86/avx2.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,6 +20,7 @@
 #define SLOPE_DEADBAND 0.5f /* grey values: a node's own noise is no slope */
 
 typedef simde__m128i bytes16;
+typedef simde__m256i bytes32;
 
 static bytes16 load(const uint8_t *p)
 {
@@ -109,17 +110,20 @@ static int lane_sum(bytes16 sums)
 	return simde_mm_cvtsi128_si32(sums) + simde_mm_cvtsi128_si32(simde_mm_srli_si128(sums, 8));
 }
 
+/* Batcher's merge sort of eight, less what does not reach the middle. */
+static const uint8_t net[][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3},
+				 {4, 6}, {5, 7}, {1, 2}, {5, 6}, {0, 4}, {1, 5},
+				 {2, 6}, {3, 7}, {2, 4}, {3, 5}, {3, 4}};
+#define NET_COUNT (sizeof(net) / sizeof(net[0]))
+
 /* Mean of the 16 lanes' medians of 8, in grey values: an outlier area must cover a third of the
- * samples to be felt. Batcher's merge sort, less what does not reach the middle. */
+ * samples to be felt. */
 static float median_level(bytes16 v[SAMPLE_COUNT])
 {
-	static const uint8_t net[][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3},
-					 {4, 6}, {5, 7}, {1, 2}, {5, 6}, {0, 4}, {1, 5},
-					 {2, 6}, {3, 7}, {2, 4}, {3, 5}, {3, 4}};
 	bytes16 sum;
 
 #pragma GCC unroll 17
-	for (size_t i = 0; i < sizeof(net) / sizeof(net[0]); i++)
+	for (size_t i = 0; i < NET_COUNT; i++)
 		order(&v[net[i][0]], &v[net[i][1]]);
 	sum = simde_mm_add_epi64(simde_mm_sad_epu8(v[3], simde_mm_setzero_si128()),
 				 simde_mm_sad_epu8(v[4], simde_mm_setzero_si128()));
@@ -242,18 +246,55 @@ int level_map_coarse(const struct level_map *map, int y, uint8_t *groups)
 	return end;
 }
 
-static void measure_node(const struct level_map *map, struct level_node *node, int i, int j)
+void level_map_expect(const struct level_map *map, int cell_y)
 {
-	float median = map->background_median, most = median + BACKGROUND_SPAN, level, over;
-	bytes16 v[SAMPLE_COUNT];
+	const char *row = (const char *)&map->nodes[cell_y * map->x_count];
 
-	load_samples(map->image, i, j, v);
-	level = median_level(v);
+	for (size_t b = 0; b < (size_t)map->x_count * sizeof(*map->nodes); b += LINE_BYTES)
+		__builtin_prefetch(row + b, 1);
+}
+
+static void set_node(const struct level_map *map, struct level_node *node, float level)
+{
+	float median = map->background_median, most = median + BACKGROUND_SPAN, over;
+
 	level = level < most ? level : most;
 	over = level > median ? level - median : 0;
 	node->background = level;
 	node->limit = (uint8_t)smaller((int)(level + map->margin[(int)over]), 255);
 	node->epoch = map->epoch;
+}
+
+static void measure_node(const struct level_map *map, struct level_node *node, int i, int j)
+{
+	bytes16 v[SAMPLE_COUNT];
+
+	load_samples(map->image, i, j, v);
+	set_node(map, node, median_level(v));
+}
+
+/* Nodes (i, j) and (i + 1, j) at once, away from the border: a half of each vector is one's, and
+ * the samples of the second begin where those of the first are half over. */
+static void measure_two(const struct level_map *map, int i, int j)
+{
+	const uint8_t *p = sampled_row(map->image, j) + GROUP_PX * (i - 1) + 8;
+	struct level_node *node = &map->nodes[j * map->x_count + i];
+	bytes32 v[SAMPLE_COUNT], sum, zero = simde_mm256_setzero_si256();
+
+	for (int k = 0; k < SAMPLE_COUNT; k++)
+		v[k] = simde_mm256_set_m128i(load(p + GROUP_PX + SAMPLE_BYTES * k),
+					     load(p + SAMPLE_BYTES * k));
+#pragma GCC unroll 17
+	for (size_t s = 0; s < NET_COUNT; s++) {
+		bytes32 a = v[net[s][0]], b = v[net[s][1]];
+
+		v[net[s][0]] = simde_mm256_min_epu8(a, b);
+		v[net[s][1]] = simde_mm256_max_epu8(a, b);
+	}
+	sum = simde_mm256_add_epi64(simde_mm256_sad_epu8(v[3], zero),
+				    simde_mm256_sad_epu8(v[4], zero));
+	set_node(map, node, (float)lane_sum(simde_mm256_castsi256_si128(sum)) / 32.0f);
+	set_node(map, node + 1, (float)lane_sum(simde_mm256_extracti128_si256(sum, 1)) / 32.0f);
 }
 
 /* Node (i, j), measured if this image has not asked for it yet. */
@@ -266,10 +307,27 @@ static const struct level_node *node_at(const struct level_map *map, int i, int 
 	return node;
 }
 
+/* Node (i, j) and the next. */
+static const struct level_node *nodes_at(const struct level_map *map, int i, int j)
+{
+	const struct level_node *node = &map->nodes[j * map->x_count + i];
+
+	if (node[0].epoch == map->epoch && node[1].epoch == map->epoch)
+		return node;
+	if (i > 0 && GROUP_PX * (i + 2) + 8 <= map->image->width_px) {
+		measure_two(map, i, j);
+	} else {
+		node_at(map, i, j);
+		node_at(map, i + 1, j);
+	}
+	return node;
+}
+
 void level_map_cells(const struct level_map *map, int cell_y, int group, uint8_t cells[GROUP_PX])
 {
-	bytes16 left = simde_mm_set1_epi8((char)node_at(map, group, cell_y)->limit);
-	bytes16 right = simde_mm_set1_epi8((char)node_at(map, group + 1, cell_y)->limit);
+	const struct level_node *nodes = nodes_at(map, group, cell_y);
+	bytes16 left = simde_mm_set1_epi8((char)nodes[0].limit);
+	bytes16 right = simde_mm_set1_epi8((char)nodes[1].limit);
 	bytes16 middle = simde_mm_avg_epu8(left, right);
 
 	simde_mm_storeu_si128((bytes16 *)cells, left);
@@ -320,7 +378,8 @@ struct plane level_map_plane(const struct level_map *map, float x_px, float y_px
 	int y = clamp_int((int)y_px, 0, CELL_PX * map->y_count - 1);
 	int i = x / GROUP_PX, j = y / CELL_PX;
 	const int rows[3] = {j > 0 ? j - 1 : 0, j, smaller(j + 1, map->y_count - 1)};
-	float left = node_at(map, i, j)->background, right = node_at(map, i + 1, j)->background;
+	const struct level_node *nodes = nodes_at(map, i, j);
+	float left = nodes[0].background, right = nodes[1].background;
 	float u = (x_px - 7.5f) / GROUP_PX, v = (y_px - 7.5f) / CELL_PX, dx, dy;
 	float left_rise, right_rise;
 

@@ -19,7 +19,6 @@ void measurer_start(struct measurer *measurer, const struct spot_scene *scene,
 	measurer->table = table;
 	measurer->set = set;
 	measurer->next = measurer->first = 0;
-	measurer->step = 0;
 	measurer->suspect_count = 0;
 	measurer->wait_row = 0;
 	set->blob_count = 0;
@@ -85,6 +84,18 @@ static void finish(struct measurer *measurer, const struct spot *spot)
 	set->blobs[set->blob_count++] = blob;
 }
 
+/* From the spot's sums to its blob. */
+static void measure(struct measurer *measurer, uint32_t s)
+{
+	const struct spot *spot = &measurer->table->spots[s];
+
+	spot_prepare(spot, &measurer->scene,
+		     spot->clear_px > 0 ? spot->clear_px : clearance_px(measurer, s),
+		     &measurer->fit);
+	spot_step(&measurer->scene, &measurer->fit);
+	finish(measurer, spot);
+}
+
 /* The row that must have been read before the spot is whole, its window known, and its background
  * in reach. */
 static int ready_row(const struct spot *spot)
@@ -97,17 +108,18 @@ static int ready_row(const struct spot *spot)
 	return whole > known ? whole : known;
 }
 
-/* The next spot that is ready. */
-static bool take_next(struct measurer *measurer, int row_read)
+/* The next spot that is ready: measured, or put aside as suspect. */
+bool measurer_step(struct measurer *measurer, int row_read)
 {
 	struct spot *spot = &measurer->table->spots[measurer->next];
+	uint32_t s;
 
-	if (measurer->next == measurer->table->spot_count)
+	if (row_read < measurer->wait_row || measurer->next == measurer->table->spot_count)
 		return false;
 	measurer->wait_row = ready_row(spot);
 	if (measurer->wait_row > row_read)
 		return false;
-	measurer->current = measurer->next++;
+	s = measurer->next++;
 	if (!spot->area_px2)
 		return true;
 	if (measurer->set->blob_count == BLOB_MAX) {
@@ -117,29 +129,9 @@ static bool take_next(struct measurer *measurer, int row_read)
 	if (!(spot->clear_px > 0))
 		spot_sum(spot, measurer->table->runs, measurer->scene.image);
 	if (spot_is_suspect(spot))
-		measurer->suspects[measurer->suspect_count++] = measurer->current;
+		measurer->suspects[measurer->suspect_count++] = s;
 	else
-		measurer->step = 1;
-	return true;
-}
-
-bool measurer_step(struct measurer *measurer, int row_read)
-{
-	const struct spot *spot = &measurer->table->spots[measurer->current];
-
-	if (measurer->step == 0)
-		return row_read >= measurer->wait_row && take_next(measurer, row_read);
-	if (measurer->step == 1) {
-		spot_prepare(spot, &measurer->scene,
-			     spot->clear_px > 0 ? spot->clear_px
-						: clearance_px(measurer, measurer->current),
-			     &measurer->fit);
-		measurer->step = 2;
-	} else {
-		spot_step(&measurer->scene, &measurer->fit);
-		finish(measurer, spot);
-		measurer->step = 0;
-	}
+		measure(measurer, s);
 	return true;
 }
 
@@ -165,13 +157,6 @@ static void sort_blobs(struct measurer *measurer)
 	}
 }
 
-static void measure_now(struct measurer *measurer, uint32_t s)
-{
-	measurer->current = s;
-	for (measurer->step = 1; measurer->step != 0;)
-		measurer_step(measurer, INT_MAX);
-}
-
 void measurer_end(struct measurer *measurer)
 {
 	while (measurer_step(measurer, INT_MAX)) {
@@ -179,7 +164,7 @@ void measurer_end(struct measurer *measurer)
 	measurer->first = measurer->table->spot_count;
 	for (uint32_t i = 0; i < measurer->suspect_count; i++) {
 		if (spot_split(measurer->table, measurer->suspects[i], &measurer->scene))
-			measure_now(measurer, measurer->suspects[i]);
+			measure(measurer, measurer->suspects[i]);
 		while (measurer_step(measurer, INT_MAX)) {
 		}
 	}

@@ -72,6 +72,9 @@ void level_map_finish(struct level_map *map);
 void level_map_start(struct level_map *map, const struct grey_image *image,
 		     const struct blob_settings *settings);
 
+/* The nodes of this cell row will be asked for soon. */
+void level_map_expect(const struct level_map *map, int cell_y);
+
 /* Levels that nothing dark exceeds and every spot does, one per group, repeated CELL_PX times, good
  * from row y on; returns the row where they end. */
 int level_map_coarse(const struct level_map *map, int y, uint8_t *groups);
@@ -157,6 +160,10 @@ void run_table_reset(struct run_table *table);
  * they hold one spot without holes and nothing else, appends it, summed, and returns true. */
 bool run_table_add_patch(struct run_table *table, const struct grey_image *image, int x, int y,
 			 uint8_t level, struct feed *feed);
+
+/* Whether the spot is surely one above this level; false: it must be looked at. */
+bool spot_is_whole(const struct spot *spot, const struct grey_image *image, int level,
+		   struct feed *feed);
 
 void spot_add_area(struct area_sums *sums, int64_t y, int64_t x0, int64_t x1);
 void spot_area_moments(struct spot *spot);
@@ -247,17 +254,14 @@ bool spot_is_suspect(const struct spot *spot);
  * whether the spot is still there. */
 bool spot_split(struct run_table *table, uint32_t s, const struct spot_scene *scene);
 
-/* Measures spots one after another, in steps of about a tenth of a microsecond, so that the work
- * can be spread between the rows of the scan. */
+/* Measures spots one after another, so that the work can be spread between the rows of the scan. */
 struct measurer {
 	struct spot_scene scene;
 	struct run_table *table;
 	struct blob_set *set;
 	uint32_t next;  /* spot to look at */
 	uint32_t first; /* of the spots that were found last: it may have neighbours from here on */
-	int step;       /* of the current spot; 0: none */
-	uint32_t current;
-	int wait_row; /* nothing to do before this one is read */
+	int wait_row;   /* nothing to do before this one is read */
 	struct fit fit;
 	uint32_t suspect_count;
 	uint32_t suspects[SPOT_MAX];
@@ -267,15 +271,14 @@ struct measurer {
 void measurer_start(struct measurer *measurer, const struct spot_scene *scene,
 		    struct run_table *table, struct blob_set *set);
 
-/* Takes one step. The image has been read down to row `row_read`, and the runs joined down to
+/* Looks at one spot. The image has been read down to row `row_read`, and the runs joined down to
  * MEASURE_LAG_ROWS above it. Returns false when there is nothing to do yet. */
 bool measurer_step(struct measurer *measurer, int row_read);
 
 /* Whether a step may have something to do. */
 static inline bool measurer_is_due(const struct measurer *measurer, int row_read)
 {
-	return measurer->step ||
-	       (measurer->next < measurer->table->spot_count && row_read >= measurer->wait_row);
+	return measurer->next < measurer->table->spot_count && row_read >= measurer->wait_row;
 }
 
 /* Measures what is left, suspects last, and sorts the blobs. */

@@ -171,6 +171,8 @@ static void scan_image(struct blob_finder *finder, const struct grey_image *imag
 	for (int y = 0; y < image->height_px; y++, row += image->stride_bytes) {
 		struct candidate *next = finder->candidates + finder->candidate_count;
 
+		if (y % CELL_PX == 0)
+			level_map_expect(&finder->map, y / CELL_PX);
 		if (y == coarse_end)
 			coarse_end = level_map_coarse(&finder->map, y, finder->coarse);
 		finder->candidate_count += blob_scan(row, y, finder->coarse, whole, next);

@@ -160,7 +160,8 @@ static bool split_merged(struct run_table *table, uint32_t s, const struct spot_
 		float prominence = PROMINENCE_SIGMA * noise_at(scene, level);
 
 		prominence = fmaxf(prominence, PROMINENCE_SHARE * (float)height);
-		if (level == last || !try_level(table, s, scene, level, prominence, 2))
+		if (level == last || spot_is_whole(spot, scene->image, level, scene->feed) ||
+		    !try_level(table, s, scene, level, prominence, 2))
 			continue;
 		table->spots[s].area_px2 = 0;
 		for (uint32_t i = first; i < table->spot_count; i++)

@@ -10,6 +10,7 @@
 #define blob_scan blob_scan_wide
 #define level_map_cells level_map_cells_wide
 #define level_map_coarse level_map_coarse_wide
+#define level_map_expect level_map_expect_wide
 #define level_map_finish level_map_finish_wide
 #define level_map_init level_map_init_wide
 #define level_map_plane level_map_plane_wide
@@ -33,3 +34,4 @@
 #define spot_sum spot_sum_wide
 #define window_around window_around_wide
 #define window_newton window_newton_wide
+#define spot_is_whole spot_is_whole_wide

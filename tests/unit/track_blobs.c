@@ -137,11 +137,11 @@ static void centroids_come_near_the_cramer_rao_bound(void **state)
 
 static void sigma_is_the_error_that_is_made(void **state)
 {
-	struct score score = run_field(&ordinary, 3);
+	struct score score = run_field(&ordinary, 8);
 
 	(void)state;
-	assert_true(score.normalised > 0.8);
-	assert_true(score.normalised < 1.25);
+	assert_true(score.normalised > 0.9);
+	assert_true(score.normalised < 1.1);
 }
 
 static void saturated_spots_are_flagged_and_good_to_a_fiftieth_pixel(void **state)

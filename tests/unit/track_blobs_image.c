@@ -267,6 +267,36 @@ static void spots_on_the_border_say_so(void **state)
 	}
 }
 
+/* Every row its own offset, every pixel its own, ambient light that rises across the image. */
+static void uneven_cameras_show_no_spots_but_the_markers(void **state)
+{
+	const struct true_spot spots[] = {{60, 60, 4, 1, 0, 0.8, 70},
+					  {250, 60, 4, 1, 0, 0.8, 70},
+					  {160, 180, 4, 1, 0, 0.8, 70}};
+	struct picture picture = picture_create(WIDTH, HEIGHT, 10);
+	struct grey_image image = picture_image(&picture);
+	struct rng rng;
+
+	(void)state;
+	rng_init(&rng, 5, 1);
+	for (int i = 0; i < 3; i++)
+		picture_add(&picture, &spots[i], 2);
+	for (int y = 0; y < HEIGHT; y++) {
+		double row = 1.5 * rng_normal(&rng);
+
+		for (int x = 0; x < WIDTH; x++)
+			picture.light[y * WIDTH + x] +=
+				(float)(row + rng_normal(&rng) + 40.0 * x / WIDTH +
+					15.0 * y / HEIGHT);
+	}
+	picture_expose(&picture, 2, &rng);
+	run_once(&image);
+	assert_int_equal(set.blob_count, 3);
+	for (int i = 0; i < 3; i++)
+		assert_non_null(blob_near(&set, spots[i].x_px, spots[i].y_px));
+	picture_destroy(&picture);
+}
+
 static void lamps_are_no_markers(void **state)
 {
 	const struct true_spot spots[] = {{160, 120, 60, 1, 0, 1, 150}, {40, 40, 5, 1, 0, 1, 100}};
@@ -317,6 +347,7 @@ int main(void)
 		cmocka_unit_test(the_smallest_faint_spot_is_one),
 		cmocka_unit_test(touching_spots_are_parted_and_flagged),
 		cmocka_unit_test(spots_on_the_border_say_so),
+		cmocka_unit_test(uneven_cameras_show_no_spots_but_the_markers),
 		cmocka_unit_test(lamps_are_no_markers),
 		cmocka_unit_test(garbage_stays_within_bounds),
 	};
