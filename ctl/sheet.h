@@ -41,7 +41,7 @@ struct sheet_legend {
 struct sheet {
 	char title[256];
 	int width_px; /* made smaller to that; 0: as it is */
-	bool whole; /* each picture as a whole; else the part with the marks, larger */
+	bool whole;   /* each picture as a whole; else the part with the marks, larger */
 	uint32_t tile_count;
 	const struct sheet_tile *tiles; /* borrowed */
 	uint32_t legend_count;
