@@ -28,22 +28,10 @@ static const struct yaml_key coordinate = {"neutral_m", YAML_DOUBLE, .min = -1e6
 static void read_neutral(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
 	struct layout_marker *marker = target;
-	struct yaml_value item;
-	char field[YAML_FIELD_BYTES];
-	void *iterator = NULL;
-	double numbers[3] = {0, 0, 0};
-	int index = -1;
+	double numbers[3];
 
-	while (yaml_next_item(yaml, value, &iterator, &index, &item, field))
-		if (index < 3)
-			yaml_read_scalar(yaml, &item, &coordinate, &numbers[index]);
-	if (!fy_node_is_sequence(value->node))
+	if (!yaml_read_numbers(yaml, value, &coordinate, numbers, 3))
 		return;
-	if (index != 2) {
-		yaml_complain(yaml, value->place, value->field,
-			      "expected 3 numbers [x, y, z] in metres, found %d", index + 1);
-		return;
-	}
 	marker->neutral_m = (struct vec3){numbers[0], numbers[1], numbers[2]};
 	if (vec3_norm(marker->neutral_m) > REACH_MAX_M)
 		yaml_complain(yaml, value->place, value->field,

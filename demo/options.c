@@ -25,7 +25,7 @@ static const char usage[] =
 	"                 killed, a camera unplugged, garbage clients; 15 s at least, default 60\n"
 	"  --hd N         with --sim: as many HD cameras, 0 to 3\n"
 	"  --json         print the summary as one JSON object\n"
-	"  --scene NAME   rest, talking (the default) or turning\n"
+	"  --scene NAME   one of stagectl sim list; default talking\n"
 	"  --seed N       of face, motion and noise; default 1\n"
 	"  --keep DIR     keep rig, layout, config and logs there\n"
 	"Exit status: 0 passed; 1 median error above 0.1 mm, fewer than 98 % right labels, or "

@@ -140,10 +140,10 @@ static void places_that_cannot_be_are_refused(void **state)
 		"6:25: markers[4].neutral_m: 106.1 m away from the head; coordinates are in "
 		"metres, are these millimetres?\n");
 	expect_messages(FOUR "- {name: e, neutral_m: [0.03, 0.2]}\n",
-			"6:25: markers[4].neutral_m: expected 3 numbers [x, y, z] in metres, found "
+			"6:25: markers[4].neutral_m: expected 3 numbers in metres, found "
 			"2\n");
 	expect_messages(FOUR "- {name: e, neutral_m: [0.03, 0.2, 0, 1]}\n",
-			"6:25: markers[4].neutral_m: expected 3 numbers [x, y, z] in metres, found "
+			"6:25: markers[4].neutral_m: expected 3 numbers in metres, found "
 			"4\n");
 	expect_messages(
 		FOUR "- {name: e, neutral_m: [0.03, .nan, 3mm]}\n",

@@ -7,6 +7,9 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -51,9 +54,30 @@ static void a_camera_bumped_by_a_fifth_of_a_milliradian_is_named(void **state)
 	virtual_station_end(station);
 }
 
+static void faults_of_a_scene_file_befall_the_station(void **state)
+{
+	char path[] = "/tmp/stage-scene-XXXXXX.yaml", config[128];
+	int fd = mkstemps(path, 5);
+
+	(void)state;
+	assert_true(fd >= 0);
+	assert_true(dprintf(fd,
+			    "title: t\nseconds: 5\nactors: [{name: a}]\n"
+			    "faults: [{camera: ir3, kind: dark, at_s: 0.3, for_s: 0.3}]\n") > 0);
+	close(fd);
+	snprintf(config, sizeof(config), "trigger: sim\nsim: {scene: %s}\n", path);
+	struct station *station = virtual_station_start(path, 0, config);
+
+	virtual_station_run_to(station, 0.8);
+	expect_once(station, 3, LEDGER_DARK);
+	virtual_station_end(station);
+	unlink(path);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(faults_of_a_scene_file_befall_the_station),
 		cmocka_unit_test(a_stuck_exposure_is_named),
 		cmocka_unit_test(a_camera_bumped_by_a_fifth_of_a_milliradian_is_named),
 	};
