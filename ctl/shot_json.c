@@ -61,13 +61,54 @@ static void write_vec3(FILE *out, struct vec3 v)
 	write_array(out, "%.7f", (const double[]){v.x, v.y, v.z}, 3);
 }
 
-static void write_marker(FILE *out, const struct marker *marker, const struct layout *layout)
+static const char *actor_of(const struct layout *layout, int label)
+{
+	uint32_t a = 0;
+
+	while (a + 1 < layout->actor_count && (uint32_t)label >= layout->actors[a + 1].first)
+		a++;
+	return layout->actors[a].name;
+}
+
+static void write_name(FILE *out, const struct marker *marker, const struct layout *layout)
 {
 	fputs("{\"label\":", out);
-	if (marker->label >= 0 && (uint32_t)marker->label < layout->marker_count)
-		write_string(out, layout->markers[marker->label].name);
-	else
+	if (marker->label < 0 || (uint32_t)marker->label >= layout->marker_count) {
 		fputs("null", out);
+		return;
+	}
+	write_string(out, layout->markers[marker->label].name);
+	if (layout->actor_count > 1) {
+		fputs(",\"actor\":", out);
+		write_string(out, actor_of(layout, marker->label));
+	}
+}
+
+static void write_layer(FILE *out, const char *name, const float p_m[3])
+{
+	fprintf(out, ",\"%s_m\":", name);
+	write_vec3(out, (struct vec3){p_m[0], p_m[1], p_m[2]});
+}
+
+static void write_flags(FILE *out, const struct marker *marker)
+{
+	if (marker->flags & MARKER_STABILISED)
+		write_layer(out, "stabilised", marker->stabilised_m);
+	if (marker->flags & MARKER_NORMALISED)
+		write_layer(out, "normalised", marker->normalised_m);
+	if (marker->label >= 0) {
+		fputs(",\"confidence\":", out);
+		write_number(out, "%.4f", (double)marker->confidence);
+	}
+	if (marker->flags & MARKER_GONE)
+		fputs(",\"gone\":true", out);
+	if (marker->flags & MARKER_GHOST)
+		fputs(",\"ghost\":true", out);
+}
+
+static void write_marker(FILE *out, const struct marker *marker, const struct layout *layout)
+{
+	write_name(out, marker, layout);
 	if (marker->status == MARKER_MISSING) {
 		fputs(",\"p_m\":null,\"cov_m2\":null", out);
 	} else {
@@ -78,8 +119,10 @@ static void write_marker(FILE *out, const struct marker *marker, const struct la
 	}
 	fputs(",\"residual_px\":", out);
 	write_number(out, "%.4f", marker->residual_px);
-	fprintf(out, ",\"cameras\":%d,\"status\":\"%s\"}", marker->camera_count,
+	fprintf(out, ",\"cameras\":%d,\"status\":\"%s\"", marker->camera_count,
 		marker_status_name(marker->status));
+	write_flags(out, marker);
+	putc('}', out);
 }
 
 static void write_head(FILE *out, const struct head *head, const char *actor)
@@ -95,6 +138,10 @@ static void write_head(FILE *out, const struct head *head, const char *actor)
 	write_vec3(out, head->rt_stage_head.t);
 	fputs(",\"residual_m\":", out);
 	write_number(out, "%.7f", head->residual_m);
+	if (head->jig_slip) {
+		fputs(",\"jig_slip_m\":", out);
+		write_number(out, "%.7f", head->slip_m);
+	}
 	putc('}', out);
 }
 

@@ -86,15 +86,17 @@ static void emit_named(const struct tracker_state *state, const struct labelling
 	marker->confidence = confidence_of(l, &state->labels[i], i, point->fix.used_count);
 }
 
-static void emit_loose(struct tracker_state *state, const struct point *point,
+static void emit_loose(struct tracker_state *state, const struct point *point, bool is_ghost,
 		       struct marker_set *out)
 {
 	if (state->loose_count < LOOSE_MAX && point->fix.used_count >= 3)
 		state->loose_stage_m[state->loose_count++] = point->fix.p_stage_m;
-	if (out->marker_count == MARKER_MAX)
+	if (out->marker_count == MARKER_MAX) {
 		out->markers_lost++;
-	else
-		emit_point(point, &out->markers[out->marker_count++]);
+		return;
+	}
+	emit_point(point, &out->markers[out->marker_count]);
+	out->markers[out->marker_count++].flags |= is_ghost ? MARKER_GHOST : 0;
 }
 
 void emit_markers(struct tracker_state *state, const struct labelling *l,
@@ -108,7 +110,8 @@ void emit_markers(struct tracker_state *state, const struct labelling *l,
 		emit_unseen(state, l, i, shown[state->labels[i].frame], &out->markers[i]);
 	for (uint32_t p = 0; p < point_count; p++) {
 		if (points[p].label == LABEL_NONE)
-			emit_loose(state, &points[p], out);
+			emit_loose(state, &points[p],
+				   points[p].fix.used_count >= 3 && l->is_ghost[p], out);
 		else
 			emit_named(state, l, &points[p], out);
 	}

@@ -14,6 +14,7 @@
 #define PASSES 2
 #define PASSES_FRESH 6
 #define SIGMA_UNIT_M 0.0005
+#define GHOST_COST 9.0 /* three sigmas: of a known light rather than a marker */
 
 /* Negative log-likelihood (times 2) of a point at that distance, up to a constant. */
 static double edge_cost(double distance_m, double sigma_m)
@@ -41,9 +42,10 @@ static int add_edge(struct assign_edge *edges, int count, struct assign_edge edg
 }
 
 /* The points within reach of where a label is expected. */
-static int find_edges(const struct nearby *nearby, struct vec3 expected_m, double sigma_m,
+static int find_edges(const struct labelling *l, struct vec3 expected_m, double sigma_m,
 		      struct assign_edge *edges)
 {
+	const struct nearby *nearby = &l->nearby;
 	double gate_m = fmin(fmax(GATE_SIGMA * sigma_m, GATE_MIN_M), GATE_MAX_M);
 	int count = 0;
 
@@ -51,10 +53,12 @@ static int find_edges(const struct nearby *nearby, struct vec3 expected_m, doubl
 	     k < nearby->count && nearby->p_stage_m[k].x <= expected_m.x + gate_m; k++) {
 		double distance_m = vec3_distance(nearby->p_stage_m[k], expected_m);
 
-		if (distance_m < gate_m)
-			count = add_edge(edges, count,
-					 (struct assign_edge){nearby->point[k],
-							      edge_cost(distance_m, sigma_m)});
+		if (distance_m >= gate_m)
+			continue;
+		double ghost_cost = l->is_ghost[nearby->point[k]] ? GHOST_COST : 0;
+		count = add_edge(edges, count,
+				 (struct assign_edge){nearby->point[k],
+						      edge_cost(distance_m, sigma_m) + ghost_cost});
 	}
 	return count;
 }
@@ -76,7 +80,7 @@ static void fill_edges(struct labelling *l, const struct tracker_state *state,
 			continue;
 		l->expected_m[i] = pose_apply(&l->rt_stage_frame[frame], p->local_m);
 		if (!first_pass || p->recent || predictions->fresh[frame])
-			a->row_start[i + 1] += find_edges(&l->nearby, l->expected_m[i], p->sigma_m,
+			a->row_start[i + 1] += find_edges(l, l->expected_m[i], p->sigma_m,
 							  &a->edges[a->row_start[i]]);
 	}
 }

@@ -19,6 +19,9 @@ struct labelling {
 	bool found[FRAME_MAX];
 	struct pose rt_stage_frame[FRAME_MAX], rt_frame_stage[FRAME_MAX];
 
+	bool is_ghost[POINT_MAX]; /* filled before: a light is known to stand there */
+	bool merged[POINT_MAX]; /* filled before: most views of the point show two markers as one */
+
 	struct assign assign;              /* rows are labels, columns points */
 	struct predictions predictions;    /* with the neighbours' word */
 	struct vec3 expected_m[LABEL_MAX]; /* the same in the stage, where the frame is found */

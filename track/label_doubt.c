@@ -10,6 +10,7 @@
 #define VAGUE_M 0.002
 #define SHARED_M 0.003 /* markers nearer than this may be one spot in every image */
 #define ASTRAY_M 0.003
+#define BETWEEN_M 0.001
 #define CLEAR_M 0.0025  /* a new name must lie this near to where the neighbours say ... */
 #define REST_SHARE 0.4  /* of the distance to the next marker: so far from rest, and its own way */
 #define CLEAR_SHARE 0.3 /* ... or within this share of its distance to the next marker */
@@ -74,7 +75,7 @@ static bool unexplained_near(const struct labelling *l, const struct tracker_sta
 	for (int k = nearby_from(n, where_m.x - reach_m);
 	     k < n->count && n->p_stage_m[k].x <= where_m.x + reach_m; k++)
 		if (l->assign.row_of_column[n->point[k]] == ASSIGN_NONE &&
-		    vec3_distance(n->p_stage_m[k], where_m) < reach_m)
+		    !l->is_ghost[n->point[k]] && vec3_distance(n->p_stage_m[k], where_m) < reach_m)
 			return true;
 	return false;
 }
@@ -94,6 +95,16 @@ static bool is_astray(const struct labelling *l, const struct tracker_state *sta
 
 	return off_m >= ASTRAY_M + 2 * sigma_m &&
 	       unexplained_near(l, state, (uint32_t)row, told_m, 0.5 * off_m);
+}
+
+/* What most cameras see as two markers in one lies between the two, if it does not lie where this
+ * one was expected. */
+static bool is_between(const struct labelling *l, int row)
+{
+	const struct prediction *p = &l->predictions.labels[row];
+
+	return l->merged[l->assign.column_of_row[row]] &&
+	       (!p->recent || vec3_distance(p->local_m, l->seen_m[row]) > BETWEEN_M);
 }
 
 /* The points that a label without one could claim nearly as well as their owners. */
@@ -122,7 +133,8 @@ void label_abstain(struct labelling *l, const struct tracker_state *state)
 		if (a->column_of_row[r] == ASSIGN_NONE)
 			continue;
 		l->margin[r] = (float)margin_of_moving(l, r);
-		l->doubtful[r] = l->margin[r] < MARGIN || is_astray(l, state, r);
+		l->doubtful[r] =
+			l->margin[r] < MARGIN || is_astray(l, state, r) || is_between(l, r);
 	}
 	for (int r = 0; r < a->row_count; r++) {
 		if (a->column_of_row[r] != ASSIGN_NONE)

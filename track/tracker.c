@@ -9,6 +9,7 @@
 
 #include "track/crowd.h"
 #include "track/emit.h"
+#include "track/ghost.h"
 #include "track/head.h"
 #include "track/jig.h"
 #include "track/label.h"
@@ -255,6 +256,19 @@ static void remember_frame(struct tracker_state *state, struct tracker_scratch *
 		lose_frame(state, frame);
 }
 
+static void note_merged(const struct matcher *m, bool merged[POINT_MAX])
+{
+	for (uint32_t p = 0; p < m->point_count; p++) {
+		const struct point *point = &m->points[p];
+		int count = 0;
+
+		for (uint32_t c = 0; c < m->camera_count; c++)
+			count += point->fix.used_mask >> c & 1 &&
+				 m->cameras[c].blobs[point->blob[c]].flags & BLOB_MERGED;
+		merged[p] = 2 * count > point->fix.used_count;
+	}
+}
+
 /* Names, poses and memory, given where the frames are. */
 static void name_shot(struct tracker_state *state, struct tracker_scratch *scratch, int64_t now_ns,
 		      double dt_s, struct head fits[FRAME_MAX])
@@ -263,6 +277,8 @@ static void name_shot(struct tracker_state *state, struct tracker_scratch *scrat
 	struct matcher *m = &scratch->matcher;
 	bool anchored[FRAME_MAX];
 
+	note_merged(m, l->merged);
+	ghost_recognise(state, l, m->points, m->point_count, l->is_ghost);
 	label_points(l, state, m->points, m->point_count, now_ns);
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		if (l->found[f] && !frame_is_plausible(state, l, (int)f))
@@ -272,6 +288,7 @@ static void name_shot(struct tracker_state *state, struct tracker_scratch *scrat
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		anchored[f] = fits[f].rigid_count >= 3;
 	remember_labels(l, state, m->points, anchored, now_ns, dt_s);
+	ghost_learn(state, l, m->points, m->point_count, dt_s);
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		if (l->found[f])
 			remember_frame(state, scratch, (int)f, &fits[f], now_ns, dt_s);

@@ -12,6 +12,7 @@
 
 #define NEIGHBOUR_MAX 8
 #define WATCH_MAX 4
+#define GHOST_MAX 96
 #define LOOSE_MAX 768
 #define FRAME_MAX (ACTOR_MAX * (1 + SEGMENT_MAX)) /* heads and segments of bodies */
 
@@ -90,6 +91,14 @@ struct face_state {
 	double slipped_m; /* how far the rigid markers have slipped in all */
 };
 
+/* A light that stands still and is no marker. */
+struct ghost {
+	int16_t frame; /* the head that it is on, or -1: the stage */
+	bool seen_now;
+	double seen_s;   /* for how long in all; 0 = the place is free */
+	struct vec3 p_m; /* coordinates of the frame */
+};
+
 struct tracker_state {
 	int64_t mid_exposure_ns; /* of the last shot; 0 before the first */
 	int64_t period_ns;       /* last gap between shots */
@@ -104,6 +113,7 @@ struct tracker_state {
 	struct frame_state frames[FRAME_MAX];
 	struct face_state faces[ACTOR_MAX];
 	struct label_state labels[LABEL_MAX];
+	struct ghost ghosts[GHOST_MAX];
 	uint32_t loose_count;
 	struct vec3 loose_stage_m[LOOSE_MAX]; /* the unlabelled points of the last shot */
 };

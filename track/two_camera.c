@@ -6,8 +6,9 @@
 
 #define TWO_CAMERA_MIN_M 0.0015 /* how far from its prediction a two-camera marker may be */
 #define TWO_CAMERA_MAX_M 0.005
-#define TWO_CAMERA_SHARE 0.45 /* ... of the distance to the next marker */
-#define NEW_VIEW_M 0.0005     /* ... and where another camera joins in */
+#define TWO_CAMERA_SHARE 0.45     /* ... of the distance to the next marker */
+#define TWO_CAMERA_SIGMA_M 0.0025 /* who is expected more vaguely needs three */
+#define NEW_VIEW_M 0.0005         /* ... and where another camera joins in */
 
 /* It must stay where the neighbours tell, as it did when three cameras saw it. */
 static bool fits(const struct labelling *l, const struct tracker_state *state, uint32_t i,
@@ -50,7 +51,8 @@ void remember_two_camera(struct labelling *l, const struct tracker_state *state,
 		const struct prediction *p = &l->predictions.labels[i];
 		int frame = state->labels[i].frame;
 
-		if (!l->found[frame] || l->assign.column_of_row[i] != ASSIGN_NONE)
+		if (!l->found[frame] || l->assign.column_of_row[i] != ASSIGN_NONE ||
+		    (state->labels[i].kind == LABEL_SKIN && p->sigma_m > TWO_CAMERA_SIGMA_M))
 			continue;
 		struct seed seed = {
 			pose_apply(&l->rt_stage_frame[frame], p->local_m),

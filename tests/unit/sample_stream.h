@@ -54,8 +54,12 @@ static inline void sample_set(struct marker_set *set, uint64_t shot, uint32_t un
 	set->label_count = SAMPLE_LABELS;
 	set->marker_count = SAMPLE_LABELS + unlabelled;
 	set->head_count = 1;
-	set->heads[0] = (struct head){
-		.valid = 1, .rigid_count = 4, .rt_stage_head = POSE_IDENTITY, .residual_m = 0.0001};
+	set->heads[0] = (struct head){.valid = 1,
+				      .rigid_count = 4,
+				      .jig_slip = 1,
+				      .slip_m = 0.003,
+				      .rt_stage_head = POSE_IDENTITY,
+				      .residual_m = 0.0001};
 	set->heads[0].rt_stage_head.t = (struct vec3){0.1, 0.2, 1.5};
 	for (uint32_t i = 0; i < set->marker_count; i++) {
 		struct marker *marker = &set->markers[i];
@@ -70,5 +74,15 @@ static inline void sample_set(struct marker_set *set, uint64_t shot, uint32_t un
 		marker->residual_px = 0.25f;
 		marker->camera_mask = 0x10203;
 		marker->camera_count = 4;
+		if (i >= SAMPLE_LABELS) {
+			marker->flags = MARKER_GHOST;
+			continue;
+		}
+		marker->flags = marker->status == MARKER_MISSING
+					? MARKER_GONE
+					: MARKER_STABILISED | MARKER_NORMALISED;
+		marker->confidence = 0.875f;
+		marker->stabilised_m[0] = 0.25f * (float)i;
+		marker->normalised_m[2] = -0.5f * (float)i;
 	}
 }

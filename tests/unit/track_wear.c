@@ -154,6 +154,38 @@ static void no_expression_is_a_slip(void **state)
 	}
 }
 
+static bool is_true_marker(const struct marker *m)
+{
+	for (uint32_t i = 0; i < play.truth.marker_count; i++)
+		if (vec3_distance(play.truth.markers[i].p_stage_m, m->p_stage_m) < 0.001)
+			return true;
+	return false;
+}
+
+static void teeth_and_eyes_are_learned_as_ghosts(void **state)
+{
+	(void)state;
+	begin("03-ghosts", 8);
+	int ghosts = 0, nameless = 0;
+
+	for (uint64_t n = 0; n < 16 * 60; n++) {
+		sim_play_shot_us(&play, &CLEAN, n, 0);
+		for (uint32_t i = play.set.label_count; i < play.set.marker_count; i++) {
+			const struct marker *m = &play.set.markers[i];
+
+			if (is_true_marker(m))
+				assert_int_equal(m->flags & MARKER_GHOST, 0);
+			else if (n >= 10 * 60 && m->status == MARKER_MEASURED) {
+				nameless++;
+				ghosts += (m->flags & MARKER_GHOST) != 0;
+			}
+		}
+	}
+	print_message("# %d of %d nameless lights are named ghosts\n", ghosts, nameless);
+	assert_true(nameless > 500 && ghosts > 0.9 * nameless);
+	sim_play_finish(&play);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -162,6 +194,7 @@ int main(void)
 		cmocka_unit_test(an_expression_is_no_neutral),
 		cmocka_unit_test(a_slipped_band_is_named_and_made_good),
 		cmocka_unit_test(no_expression_is_a_slip),
+		cmocka_unit_test(teeth_and_eyes_are_learned_as_ghosts),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);
