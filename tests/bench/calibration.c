@@ -169,7 +169,9 @@ static void look_at_pictures(json_t *figures)
 		struct corner_finder *finder;
 		struct look look = {0};
 
-		if (!scene || corner_finder_create(&finder, &scene->board.print, &settings))
+		if (!scene)
+			die("scene board", -ENOENT);
+		if (corner_finder_create(&finder, &scene->board.print, &settings))
 			die("corners", -ENOMEM);
 		for (uint32_t c = 0; c < 4; c++)
 			if (look_at(&look, finder, scene, c, 10, 37))
