@@ -45,6 +45,27 @@ static json_t *numbers_json(const double *values, int count)
 	return array;
 }
 
+/* As `stagectl process` writes them; what is not known is left out. */
+static void add_layers(json_t *json, const struct stage_marker *marker)
+{
+	double stabilised_m[3], normalised_m[3];
+
+	for (int i = 0; i < 3; i++) {
+		stabilised_m[i] = marker->stabilised_m[i];
+		normalised_m[i] = marker->normalised_m[i];
+	}
+	if (isfinite(stabilised_m[0]))
+		json_object_set_new(json, "stabilised_m", numbers_json(stabilised_m, 3));
+	if (isfinite(normalised_m[0]))
+		json_object_set_new(json, "normalised_m", numbers_json(normalised_m, 3));
+	if (marker->label >= 0)
+		json_object_set_new(json, "confidence", json_real((double)marker->confidence));
+	if (marker->gone)
+		json_object_set_new(json, "gone", json_true());
+	if (marker->ghost)
+		json_object_set_new(json, "ghost", json_true());
+}
+
 static json_t *marker_json(const struct tap *tap, const struct stage_marker *marker)
 {
 	const struct stage_description *description = tap->description;
@@ -54,11 +75,17 @@ static json_t *marker_json(const struct tap *tap, const struct stage_marker *mar
 
 	for (int i = 0; i < 6; i++)
 		cov_m2[i] = marker->cov_m2[i];
-	return json_pack("{s:s?, s:o, s:o, s:f, s:i, s:s}", "label",
-			 named ? description->labels[marker->label].name : NULL, "p_m",
-			 numbers_json(marker->p_m, 3), "cov_m2", numbers_json(cov_m2, 6),
-			 "residual_px", (double)marker->residual_px, "cameras",
-			 (int)marker->camera_count, "status", status_name(marker->status));
+	json_t *json = json_pack("{s:s?, s:o, s:o, s:f, s:i, s:s}", "label",
+				 named ? description->labels[marker->label].name : NULL, "p_m",
+				 numbers_json(marker->p_m, 3), "cov_m2", numbers_json(cov_m2, 6),
+				 "residual_px", (double)marker->residual_px, "cameras",
+				 (int)marker->camera_count, "status", status_name(marker->status));
+	if (named && description->actor_count > 1)
+		json_object_set_new(
+			json, "actor",
+			json_string(description->actors[description->labels[marker->label].actor]));
+	add_layers(json, marker);
+	return json;
 }
 
 static json_t *head_json(const struct tap *tap, const struct stage_head *head)
@@ -66,10 +93,13 @@ static json_t *head_json(const struct tap *tap, const struct stage_head *head)
 	const struct stage_description *description = tap->description;
 	bool named = description && head->actor < description->actor_count;
 
-	return json_pack("{s:s?, s:o, s:o, s:f}", "actor",
-			 named ? description->actors[head->actor] : NULL, "q",
-			 numbers_json(head->q_wxyz, 4), "t_m", numbers_json(head->t_m, 3),
-			 "residual_m", head->residual_m);
+	json_t *json = json_pack("{s:s?, s:o, s:o, s:f}", "actor",
+				 named ? description->actors[head->actor] : NULL, "q",
+				 numbers_json(head->q_wxyz, 4), "t_m", numbers_json(head->t_m, 3),
+				 "residual_m", head->residual_m);
+	if (head->jig_slip)
+		json_object_set_new(json, "jig_slip_m", json_real(head->slip_m));
+	return json;
 }
 
 static json_t *missing_json(const struct tap *tap, uint32_t mask)

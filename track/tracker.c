@@ -20,6 +20,7 @@
 
 #define FRAME_KEPT_S 0.25 /* what is not measured for longer is looked for anew */
 #define SEED_RADIUS_M 0.004
+#define LEARN_GAP_MAX_S 0.1 /* a longer gap teaches no more */
 #define EXCESS_MAX_PX2 (0.5 * 0.5)
 #define EXCESS_GAIN 0.1      /* per shot */
 #define EXCESS_CHI2_MAX 16.0 /* one point counts for no more */
@@ -311,7 +312,8 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 	struct labelling *l = &scratch->labelling;
 	struct matcher *m = &scratch->matcher;
 	int64_t now_ns = shot->mid_exposure_ns;
-	double dt_s = (double)(now_ns - state->mid_exposure_ns) * 1e-9;
+	double gap_s = (double)(now_ns - state->mid_exposure_ns) * 1e-9;
+	double dt_s = state->mid_exposure_ns ? fmin(gap_s, LEARN_GAP_MAX_S) : 0;
 	struct head fits[FRAME_MAX];
 	bool shown[FRAME_MAX];
 

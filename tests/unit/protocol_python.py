@@ -37,6 +37,8 @@ def test_python_reads_what_c_wrote(stream):
     assert (last.markers[72].x_m, last.markers[72].y_m) == (0.001 * 72, 1e-6 * 50)
     assert last.markers[72].cov_m2[5] == pytest.approx(6e-10, rel=1e-6)
     assert last.markers[70].status == stageclient.MISSING and not last.markers[70].cov_m2
+    assert last.markers[70].gone and not last.markers[70].stabilised_m
+    assert last.markers[72].confidence == 0.875 and last.markers[72].normalised_m[2] == -36
     assert last.markers[71].status == stageclient.PREDICTED
     assert last.markers[76].label == -1
     assert stream.sets_lost == 0

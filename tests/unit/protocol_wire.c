@@ -122,6 +122,13 @@ static void check_marker(const struct stage_marker *got, const struct marker *se
 {
 	assert_int_equal(got->label, sent->label);
 	assert_int_equal(got->status, sent->status);
+	assert_int_equal(got->gone, (sent->flags & MARKER_GONE) != 0);
+	assert_int_equal(got->ghost, (sent->flags & MARKER_GHOST) != 0);
+	for (int k = 0; k < 3 && sent->flags & MARKER_NORMALISED; k++)
+		assert_true(got->stabilised_m[k] == sent->stabilised_m[k] &&
+			    got->normalised_m[k] == sent->normalised_m[k]);
+	if (!(sent->flags & MARKER_NORMALISED))
+		assert_true(isnan(got->stabilised_m[0]) && isnan(got->normalised_m[2]));
 	if (sent->status == MARKER_MISSING) {
 		assert_true(isnan(got->p_m[0]) && isnan(got->cov_m2[0]));
 		return;
@@ -131,8 +138,36 @@ static void check_marker(const struct stage_marker *got, const struct marker *se
 	for (int k = 0; k < 6; k++)
 		assert_true(got->cov_m2[k] == (float)sent->cov_m2[k]);
 	assert_true(got->residual_px == sent->residual_px);
+	assert_true(got->confidence == sent->confidence);
 	assert_int_equal(got->camera_mask, sent->camera_mask);
 	assert_int_equal(got->camera_count, sent->camera_count);
+}
+
+static void several_actors_have_labels_one_after_the_other(void **state)
+{
+	struct wire *wire = *state;
+	struct layout *layout = &wire->layout;
+
+	layout->actor_count = 2;
+	layout->actors[0].count = 30;
+	layout->actors[1] = (struct layout_actor){"ben", 30, SAMPLE_LABELS - 30};
+	strcpy(layout->markers[40].segment, "torso");
+	describe(wire);
+	const struct stage_description *d = wire->event.description;
+	assert_int_equal(d->actor_count, 2);
+	assert_string_equal(d->actors[1], "ben");
+	assert_int_equal(d->label_count, SAMPLE_LABELS);
+	assert_int_equal(d->labels[29].actor, 0);
+	assert_int_equal(d->labels[30].actor, 1);
+	assert_string_equal(d->labels[40].segment, "torso");
+	assert_string_equal(d->labels[41].segment, "");
+	sample_set(&wire->set, 1, 0);
+	wire->set.head_count = 2;
+	wire->set.heads[1] = wire->set.heads[0];
+	wire->set.heads[0].valid = 0;
+	assert_int_equal(send_set(wire), 0);
+	assert_int_equal(wire->event.markers->head_count, 1);
+	assert_int_equal(wire->event.markers->heads[0].actor, 1);
 }
 
 static void marker_set_survives_the_wire(void **state)
@@ -158,6 +193,7 @@ static void marker_set_survives_the_wire(void **state)
 	assert_int_equal(got->head_count, 1);
 	assert_true(got->heads[0].q_wxyz[0] == 1.0 && got->heads[0].t_m[2] == 1.5);
 	assert_int_equal(got->heads[0].rigid_count, 4);
+	assert_true(got->heads[0].jig_slip && got->heads[0].slip_m == 0.003);
 	assert_int_equal(got->marker_count, SAMPLE_LABELS + 5);
 	for (uint32_t i = 0; i < got->marker_count; i++)
 		check_marker(&got->markers[i], &wire->set.markers[i]);
@@ -365,6 +401,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		WIRE_TEST(description_survives_the_wire),
 		WIRE_TEST(description_ties_the_clock_to_utc),
+		WIRE_TEST(several_actors_have_labels_one_after_the_other),
 		WIRE_TEST(marker_set_survives_the_wire),
 		WIRE_TEST(statistics_survive_the_wire),
 		WIRE_TEST(hd_frame_is_named_in_hd_shots_alone),
