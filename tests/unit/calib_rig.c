@@ -16,6 +16,7 @@
 #include "base/file.h"
 #include "calib/rig_write.h"
 #include "calib/rt.h"
+#include "calib/scale_check.h"
 #include "calib_wave.h"
 #include "config/rig.h"
 #include "config/yaml.h"
@@ -174,6 +175,39 @@ static void the_facts_are_yaml_that_says_what_it_is_worth(void **state)
 	remove_rig(path);
 }
 
+/* The same cameras as the truth has them, all distances from the first `factor` times as long. */
+static void make_rig_before(struct rig *before, double factor)
+{
+	before->camera_count = waved.camera_count;
+	for (uint32_t c = 0; c < waved.camera_count; c++) {
+		memcpy(before->names[c], waved.cameras[c].name, NAME_BYTES);
+		before->views[c].centre_stage_m =
+			vec3_scale(waved.cameras[c].centre_stage_m, factor);
+	}
+}
+
+static void a_print_out_of_scale_shows_beside_the_rig_before(void **state)
+{
+	(void)state;
+	static struct rig before;
+	struct diag diag = {0};
+	double factor = 0;
+
+	make_rig_before(&before, 1);
+	assert_false(scale_has_changed(&waved.observations, &solution, &before, &factor, &diag));
+	make_rig_before(&before, 1 / 1.02);
+	assert_true(scale_has_changed(&waved.observations, &solution, &before, &factor, &diag));
+	assert_float_equal(factor, 1.02, 0.002);
+	assert_non_null(strstr(diag.text, "squares are not 50.00 mm"));
+	diag_finish(&diag);
+	/* one camera moved: that is no scale */
+	make_rig_before(&before, 1);
+	before.views[1].centre_stage_m.x += 0.1;
+	before.views[2].centre_stage_m.z -= 0.1;
+	assert_false(scale_has_changed(&waved.observations, &solution, &before, &factor, &diag));
+	assert_int_equal(diag.count, 0);
+}
+
 static void a_rig_that_is_there_is_left_alone(void **state)
 {
 	(void)state;
@@ -212,6 +246,7 @@ int main(void)
 		cmocka_unit_test(the_station_loads_what_was_written),
 		cmocka_unit_test(the_same_calibration_gives_the_same_bytes),
 		cmocka_unit_test(the_facts_are_yaml_that_says_what_it_is_worth),
+		cmocka_unit_test(a_print_out_of_scale_shows_beside_the_rig_before),
 		cmocka_unit_test(a_rig_that_is_there_is_left_alone),
 		cmocka_unit_test(a_lens_that_cannot_be_inverted_is_refused),
 	};
