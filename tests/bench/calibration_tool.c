@@ -1,11 +1,10 @@
 /*
- * Writes a corners.vnl, runs the tool, reads its models.
+ * Keeps the observations, runs the tool, reads its models.
  */
 #include "calibration_tool.h"
 
 #include <errno.h>
 #include <limits.h>
-#include <math.h>
 #include <mrcal/mrcal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,6 +12,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
+#include "calib/observations_file.h"
 #include "calib/rt.h"
 
 #define PYTHON "/usr/bin/python3"
@@ -24,22 +24,7 @@ static int write_corners(const char *dir, const struct observations *o)
 	char path[PATH_MAX];
 
 	snprintf(path, sizeof(path), "%s/corners.vnl", dir);
-	FILE *file = fopen(path, "w");
-	if (!file)
-		return -EIO;
-	fprintf(file, "# filename x y level\n");
-	for (uint32_t v = 0; v < o->view_count; v++)
-		for (uint32_t i = 0; i < o->corner_count; i++) {
-			const double *px = observations_px(o, v)[i];
-
-			fprintf(file, "%s-%06u.png ", o->cameras[o->views[v].camera].name,
-				o->views[v].pose);
-			if (isnan(px[0] + px[1]))
-				fprintf(file, "- - -\n");
-			else
-				fprintf(file, "%.17g %.17g 0\n", px[0], px[1]);
-		}
-	return fclose(file) ? -EIO : 0;
+	return observations_write(o, path, NULL) ? -EIO : 0;
 }
 
 /* Runs the tool in `dir`, whose output goes to a file there. */
