@@ -191,6 +191,17 @@ static void a_stall_costs_names_for_a_moment_and_swaps_none(void **state)
 	}
 }
 
+static void four_actors_and_their_bodies_are_told_apart(void **state)
+{
+	(void)state;
+	struct score s = play(
+		&(struct run){{.scene = "four-actors", .seed = 2, .rate_hz = 60}, CLEAN, 0, 150});
+
+	assert_int_equal(s.wrong, 0);
+	assert_true(right_share(&s) > 0.97);
+	assert_int_equal(s.heads, s.shots);
+}
+
 static void the_same_shots_give_the_same_state(void **state)
 {
 	static struct sim_play stages[2];
@@ -267,6 +278,7 @@ int main(void)
 		cmocka_unit_test(covariances_hold_for_blobs_that_claim_too_much),
 		cmocka_unit_test(one_dead_camera_costs_no_names),
 		cmocka_unit_test(a_stall_costs_names_for_a_moment_and_swaps_none),
+		cmocka_unit_test(four_actors_and_their_bodies_are_told_apart),
 		cmocka_unit_test(the_same_shots_give_the_same_state),
 		cmocka_unit_test(preparing_ahead_changes_no_bit),
 		cmocka_unit_test(an_empty_stage_gives_empty_sets),
