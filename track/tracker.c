@@ -20,6 +20,7 @@
 
 #define FRAME_KEPT_S 0.25 /* what is not measured for longer is looked for anew */
 #define SEED_RADIUS_M 0.004
+#define UNRESOLVED_PX 0.25f
 #define LEARN_GAP_MAX_S 0.1 /* a longer gap teaches no more */
 #define EXCESS_MAX_PX2 (0.5 * 0.5)
 #define EXCESS_GAIN 0.1      /* per shot */
@@ -257,6 +258,12 @@ static void remember_frame(struct tracker_state *state, struct tracker_scratch *
 		lose_frame(state, frame);
 }
 
+/* Split blobs are flagged too, but know their place. */
+static bool is_unresolved(const struct blob *blob)
+{
+	return blob->flags & BLOB_MERGED && blob->sigma_px > UNRESOLVED_PX;
+}
+
 static void note_merged(const struct matcher *m, bool merged[POINT_MAX])
 {
 	for (uint32_t p = 0; p < m->point_count; p++) {
@@ -265,7 +272,7 @@ static void note_merged(const struct matcher *m, bool merged[POINT_MAX])
 
 		for (uint32_t c = 0; c < m->camera_count; c++)
 			count += point->fix.used_mask >> c & 1 &&
-				 m->cameras[c].blobs[point->blob[c]].flags & BLOB_MERGED;
+				 is_unresolved(&m->cameras[c].blobs[point->blob[c]]);
 		merged[p] = 2 * count > point->fix.used_count;
 	}
 }
