@@ -96,6 +96,14 @@ static void fill_views(struct problem *p, const struct observations *o, const bo
 	}
 }
 
+/* A seed has a focal length and a middle; the optimiser wants gradients. */
+static bool lens_can_be_solved(const mrcal_lensmodel_t *lens)
+{
+	mrcal_lensmodel_metadata_t meta = mrcal_lensmodel_metadata(lens);
+
+	return meta.has_core && meta.has_gradients;
+}
+
 int problem_init(struct problem *problem, const struct observations *observations, const bool *used,
 		 const char *lens)
 {
@@ -106,7 +114,7 @@ int problem_init(struct problem *problem, const struct observations *observation
 			       .square_m = observations->board.square_m};
 	size_t cameras = observations->camera_count;
 
-	if (!mrcal_lensmodel_from_name(&made.lens, lens))
+	if (!mrcal_lensmodel_from_name(&made.lens, lens) || !lens_can_be_solved(&made.lens))
 		return -EINVAL;
 	made.lens_count = mrcal_lensmodel_num_params(&made.lens);
 	count_views(&made, observations, used);

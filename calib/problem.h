@@ -32,7 +32,8 @@ struct problem {
 	uint32_t *nth_of;                 /* [frame]: nth pose of the observations */
 };
 
-/* `used` says which views take part; NULL: all. Returns 0, -ENOMEM, or -EINVAL for an unknown lens.
+/* `used` says which views take part; NULL: all. Returns 0, -ENOMEM, or -EINVAL for a lens that
+ * mrcal does not know or cannot solve for.
  */
 int problem_init(struct problem *problem, const struct observations *observations, const bool *used,
 		 const char *lens);

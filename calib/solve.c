@@ -189,7 +189,10 @@ int solve(struct solution *solution, const struct observations *observations,
 	int err = problem_init(&problem, observations, seed->good_view, settings->lens);
 
 	if (err == -EINVAL)
-		diag_add(diag, "lens %s: not a lens model that mrcal knows", settings->lens);
+		diag_add(diag,
+			 "lens %s: not a lens model that mrcal knows and can solve for; "
+			 "take " SOLVE_LENS_DEFAULT,
+			 settings->lens);
 	if (err)
 		return err;
 	set_seed(&problem, observations, seed);

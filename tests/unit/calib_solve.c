@@ -75,6 +75,50 @@ static void a_waved_board_gives_the_rig_back(void **state)
 	wave_finish(&waved);
 }
 
+static void other_lens_models_are_solved_for(void **state)
+{
+	(void)state;
+	static const char *const LENSES[] = {
+		"LENSMODEL_OPENCV5",
+		"LENSMODEL_SPLINED_STEREOGRAPHIC_order=3_Nx=8_Ny=6_fov_x_deg=50"};
+	struct wave wave = SMALL_WAVE;
+	struct waved waved;
+
+	wave.pose_count = 40;
+	wave_make(&waved, &wave);
+	for (int i = 0; i < 2; i++) {
+		struct solution solution = {0};
+		struct diag diag = {0};
+
+		settings.lens = LENSES[i];
+		assert_int_equal(calibrate(&solution, &waved.observations, &diag), 0);
+		assert_string_equal(solution.lens, LENSES[i]);
+		assert_float_equal(solution.sigma_px, 0.1, 0.01);
+		assert_true(wave_judge(&waved, &solution).volume_px < 0.05);
+		solution_finish(&solution);
+	}
+	settings = SOLVE_SETTINGS_DEFAULT;
+	wave_finish(&waved);
+}
+
+static void lenses_without_gradients_are_refused(void **state)
+{
+	(void)state;
+	static const char *const LENSES[] = {"LENSMODEL_CAHVORE_linearity=0.5", "LENSMODEL_CAHVORE",
+					     "OPENCV8", ""};
+	struct wave wave = SMALL_WAVE;
+	struct waved waved;
+
+	wave_make(&waved, &wave);
+	for (int i = 0; i < 4; i++) {
+		settings.lens = LENSES[i];
+		refused_with(&waved.observations,
+			     "not a lens model that mrcal knows and can solve");
+	}
+	settings = SOLVE_SETTINGS_DEFAULT;
+	wave_finish(&waved);
+}
+
 static void the_same_views_in_any_order_give_the_same_bytes(void **state)
 {
 	(void)state;
@@ -293,6 +337,8 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_waved_board_gives_the_rig_back),
+		cmocka_unit_test(other_lens_models_are_solved_for),
+		cmocka_unit_test(lenses_without_gradients_are_refused),
 		cmocka_unit_test(the_same_views_in_any_order_give_the_same_bytes),
 		cmocka_unit_test(corners_far_off_are_left_out),
 		cmocka_unit_test(views_that_contradict_the_others_are_refused),
