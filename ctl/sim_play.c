@@ -4,7 +4,6 @@
  */
 #include <errno.h>
 #include <inttypes.h>
-#include <jansson.h>
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
@@ -15,6 +14,7 @@
 #include "base/clock.h"
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
+#include "ctl/play_report.h"
 #include "sim/play.h"
 
 #define PIXEL_SECONDS 2 /* unless asked for: pictures take long */
@@ -23,7 +23,7 @@
 struct request {
 	const char *scene, *level, *clock, *optics;
 	uint64_t seed, cameras;
-	double seconds, rate_hz;
+	double start_s, seconds, rate_hz, face_speed_m_s;
 	bool json;
 };
 
@@ -65,7 +65,8 @@ static int begin(struct playing *playing, const struct request *request, struct 
 							      ? UINT32_MAX
 							      : (uint32_t)request->cameras,
 				      .rate_hz = request->rate_hz,
-				      .optics = request->optics};
+				      .optics = request->optics,
+				      .face_speed_m_s = request->face_speed_m_s};
 	int err = sim_play_init(&playing->play, &options, diag);
 
 	if (!err && is_pixel(request))
@@ -93,13 +94,14 @@ static void count_lost(struct playing *playing)
 	playing->markers_lost += play->set.markers_lost;
 }
 
-/* Until the scene's end, or an interrupt. */
+/* Until the scene's end, the time asked for or an interrupt. */
 static void run(struct playing *playing, const struct request *request)
 {
 	const struct sim_scene *scene = playing->play.scene;
 	double own_s = is_pixel(request) ? PIXEL_SECONDS : sim_scene_script(scene)->seconds;
 	double seconds = request->seconds > 0 ? request->seconds : own_s;
 	uint64_t count = (uint64_t)ceil(seconds * sim_scene_script(scene)->rate_hz);
+	uint64_t first = (uint64_t)(request->start_s * sim_scene_script(scene)->rate_hz);
 	bool real = strcmp(request->clock, "real") == 0, terminal = isatty(STDERR_FILENO);
 	int64_t begin_ns = clock_now_ns(), shown_ns = 0;
 
@@ -107,7 +109,7 @@ static void run(struct playing *playing, const struct request *request)
 	for (uint64_t n = 0; n < count && !stopped; n++) {
 		if (real)
 			clock_sleep_until(begin_ns + sim_scene_mid_exposure_ns(scene, n));
-		sim_play_shot_us(&playing->play, &BLOBS, n, 0);
+		sim_play_shot_us(&playing->play, &BLOBS, first + n, 0);
 		score_shot(&playing->score, &playing->play.truth, &playing->play.set);
 		count_lost(playing);
 		if (terminal)
@@ -116,74 +118,21 @@ static void run(struct playing *playing, const struct request *request)
 	playing->elapsed_ns = clock_now_ns() - begin_ns;
 }
 
-/* Of nothing it is 0. */
-static double share(double part, uint64_t whole)
+static void report(const struct playing *playing, const struct request *request)
 {
-	return whole ? part / (double)whole : 0;
-}
+	const struct play_report report = {.script = sim_scene_script(playing->play.scene),
+					   .score = &playing->score,
+					   .cost = &playing->play.cost,
+					   .level = request->level,
+					   .seed = request->seed,
+					   .blobs_lost = playing->blobs_lost,
+					   .markers_lost = playing->markers_lost,
+					   .elapsed_ns = playing->elapsed_ns};
 
-/* Scene time over this thread's CPU time. */
-static double speed(const struct playing *playing)
-{
-	const struct sim_play_cost *cost = &playing->play.cost;
-	double rate_hz = sim_scene_script(playing->play.scene)->rate_hz;
-	double cpu_s = (cost->truth_us + cost->blobs_us + cost->tracker_us) * 1e-6;
-
-	return cpu_s > 0 ? (double)playing->score.shots / rate_hz / cpu_s : 0;
-}
-
-static json_t *cost_json(const struct playing *playing)
-{
-	const struct sim_play_cost *cost = &playing->play.cost;
-	uint64_t shots = playing->score.shots;
-
-	return json_pack("{s:f, s:f, s:f}", "truth", share(cost->truth_us, shots), "blobs",
-			 share(cost->blobs_us, shots), "tracker", share(cost->tracker_us, shots));
-}
-
-static void print_json(const struct playing *playing, const struct request *request)
-{
-	const struct sim_script *script = sim_scene_script(playing->play.scene);
-	const struct score *s = &playing->score;
-	json_t *object = json_pack(
-		"{s:s, s:s, s:I, s:s, s:I, s:I, s:f, s:f, s:I, s:f, s:f, s:I, s:f, s:I, s:I, s:f, "
-		"s:o}",
-		"scene", script->name, "level", request->level, "seed", (json_int_t)request->seed,
-		"optics", script->optics == SIM_OPTICS_TAILED ? "tailed" : "gaussian", "shots",
-		(json_int_t)s->shots, "seen_by_three", (json_int_t)s->seen3, "right_share",
-		share((double)s->right, s->seen3), "unnamed_share",
-		share((double)s->unnamed, s->seen3), "wrong", (json_int_t)s->wrong, "rms_mm",
-		1e3 * sqrt(share(s->error2_m2, s->measured)), "nees_per_axis",
-		share(s->nees, s->measured) / 3, "stray", (json_int_t)s->stray, "head_rms_mm",
-		1e3 * sqrt(share(s->head_error2_m2, s->heads)), "blobs_lost",
-		(json_int_t)playing->blobs_lost, "markers_lost", (json_int_t)playing->markers_lost,
-		"speed", speed(playing), "cpu_us_per_shot", cost_json(playing));
-
-	json_dumpf(object, stdout, JSON_COMPACT);
-	putchar('\n');
-	json_decref(object);
-}
-
-static void print_table(const struct playing *playing)
-{
-	const struct sim_script *script = sim_scene_script(playing->play.scene);
-	const struct sim_play_cost *cost = &playing->play.cost;
-	const struct score *s = &playing->score;
-
-	printf("%s: %s\n", script->name, script->title);
-	printf("%-9s %" PRIu64 " in %.1f s, %.1f x real time on one core\n", "shots", s->shots,
-	       (double)playing->elapsed_ns / NS_PER_S, speed(playing));
-	printf("%-9s %.3f %% of %" PRIu64 " seen by three cameras or more\n", "right",
-	       100 * share((double)s->right, s->seen3), s->seen3);
-	printf("%-9s %.3f %%\n", "unnamed", 100 * share((double)s->unnamed, s->seen3));
-	printf("%-9s %" PRIu64 "\n", "wrong", s->wrong);
-	printf("%-9s %.4f mm, NEES / 3 = %.2f\n", "rms",
-	       1e3 * sqrt(share(s->error2_m2, s->measured)), share(s->nees, s->measured) / 3);
-	printf("%-9s %" PRIu64 " blobs, %" PRIu64 " markers\n", "lost", playing->blobs_lost,
-	       playing->markers_lost);
-	printf("%-9s truth %.0f, blobs %.0f, tracker %.0f us of CPU time a shot\n", "cost",
-	       share(cost->truth_us, s->shots), share(cost->blobs_us, s->shots),
-	       share(cost->tracker_us, s->shots));
+	if (request->json)
+		play_report_print_json(&report);
+	else
+		play_report_print_table(&report);
 }
 
 static int play(const struct request *request)
@@ -195,10 +144,7 @@ static int play(const struct request *request)
 	if (!err) {
 		signal(SIGINT, stop);
 		run(&playing, request);
-		if (request->json)
-			print_json(&playing, request);
-		else
-			print_table(&playing);
+		report(&playing, request);
 	}
 	sim_play_finish(&playing.play);
 	diag_print(&diag, stderr);
@@ -213,6 +159,11 @@ int verb_sim_play(const struct verb *verb, int argc, char **argv)
 		{"seed", "N", "of face, motion and noise (default 1)", .count = &r.seed},
 		{"seconds", "S", "how long (default: the scene's own, 2 with pixels)",
 		 .number = &r.seconds},
+		{"start", "S", "from which second on (default 0)", .number = &r.start_s},
+		{"face-speed", "V",
+		 "peak of the fastest marker, in m/s beside the head's motion (default: the "
+		 "scene's own)",
+		 .number = &r.face_speed_m_s},
 		{"level", "LEVEL", "blob (default) or pixel", .text = &r.level},
 		{"optics", "NAME", "gaussian or tailed (default: the scene's own)",
 		 .text = &r.optics},

@@ -22,6 +22,7 @@ struct sim_options {
 	uint32_t camera_count;           /* of IR cameras; 0 = the scene's own; 4 to 24 */
 	double rate_hz;                  /* 0 = the scene's own */
 	const char *optics;              /* "gaussian", "tailed"; NULL = the scene's own */
+	double face_speed_m_s;           /* of all its actors; 0 = the scene's own; up to 3 */
 	const struct sim_faults *faults; /* beside the scene's own; NULL = none */
 	/* HD cameras expose in shots k with k % hd_divider == hd_phase, hd_after_ir_ns after the
 	 * IR cameras (from mid-exposure to mid-exposure). */

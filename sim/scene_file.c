@@ -105,6 +105,9 @@ static int check_options(const struct sim_options *options, struct diag *diag)
 		diag_add(diag, "sim: %g Hz: a scene runs at 1 to 1000 Hz", options->rate_hz);
 	else if (options->optics && find_optics(options->optics) < 0)
 		diag_add(diag, "sim: no optics '%.64s': use gaussian or tailed", options->optics);
+	else if (!(options->face_speed_m_s >= 0 && options->face_speed_m_s <= 3))
+		diag_add(diag, "sim: a face at %g m/s: up to 3 can be played",
+			 options->face_speed_m_s);
 	else
 		return 0;
 	return -EINVAL;
@@ -120,6 +123,8 @@ static void override(struct sim_script *script, const struct sim_options *option
 		script->rate_hz = options->rate_hz;
 	if (options->optics)
 		script->optics = find_optics(options->optics);
+	for (uint32_t a = 0; a < script->actor_count && options->face_speed_m_s > 0; a++)
+		script->actors[a].face_speed_m_s = options->face_speed_m_s;
 }
 
 /* Behind the scene's own. */
