@@ -18,14 +18,40 @@ static int marker_count(const struct sim_script *script)
 	return count;
 }
 
+/* Something comes between markers and cameras. */
+static bool has_occluders(const struct sim_script *script)
+{
+	for (uint32_t a = 0; a < script->actor_count; a++)
+		if (script->actor_count > 1 || script->actors[a].body_markers > 0)
+			return true;
+	for (uint32_t e = 0; e < script->event_count; e++)
+		if (script->events[e].kind == SIM_EVENT_HAND ||
+		    script->events[e].kind == SIM_EVENT_PASSER)
+			return true;
+	return false;
+}
+
+/* When its events and faults begin. */
+static json_t *times_json(const struct sim_script *script)
+{
+	json_t *times = json_array();
+
+	for (uint32_t e = 0; e < script->event_count; e++)
+		json_array_append_new(times, json_real(script->events[e].at_s));
+	for (uint32_t f = 0; f < script->faults.count; f++)
+		json_array_append_new(times, json_real(script->faults.faults[f].at_s));
+	return times;
+}
+
 static json_t *scene_json(const struct sim_script *script)
 {
-	return json_pack("{s:s, s:s, s:s, s:f, s:i, s:i, s:i, s:i, s:i, s:i}", "name", script->name,
-			 "title", script->title, "comment", script->comment, "seconds",
-			 script->seconds, "actors", (int)script->actor_count, "markers",
+	return json_pack("{s:s, s:s, s:s, s:f, s:i, s:i, s:i, s:i, s:i, s:i, s:f, s:b, s:o}",
+			 "name", script->name, "title", script->title, "comment", script->comment,
+			 "seconds", script->seconds, "actors", (int)script->actor_count, "markers",
 			 marker_count(script), "cameras", (int)script->camera_count, "hd_cameras",
 			 (int)script->hd_camera_count, "events", (int)script->event_count, "faults",
-			 (int)script->faults.count);
+			 (int)script->faults.count, "rate_hz", script->rate_hz, "occluders",
+			 (int)has_occluders(script), "happens_at_s", times_json(script));
 }
 
 static void print_scene(const struct sim_script *script)

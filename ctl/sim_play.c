@@ -23,7 +23,7 @@
 struct request {
 	const char *scene, *level, *clock, *optics;
 	uint64_t seed, cameras;
-	double start_s, seconds, rate_hz, face_speed_m_s;
+	double start_s, warm_up_s, seconds, rate_hz, face_speed_m_s;
 	bool json;
 };
 
@@ -57,6 +57,12 @@ static bool is_pixel(const struct request *request)
 	return strcmp(request->level, "pixel") == 0;
 }
 
+static uint64_t shot_at(const struct playing *playing, double time_s)
+{
+	return (uint64_t)(time_s * sim_scene_script(playing->play.scene)->rate_hz);
+}
+
+/* The warm-up is played at blob level and not scored. */
 static int begin(struct playing *playing, const struct request *request, struct diag *diag)
 {
 	struct sim_options options = {.scene = request->scene,
@@ -68,10 +74,15 @@ static int begin(struct playing *playing, const struct request *request, struct 
 				      .optics = request->optics,
 				      .face_speed_m_s = request->face_speed_m_s};
 	int err = sim_play_init(&playing->play, &options, diag);
+	uint64_t first = err ? 0 : shot_at(playing, request->start_s);
 
-	if (!err && is_pixel(request))
-		err = sim_play_use_pixels(&playing->play, SIM_NOISE_FULL, diag);
-	return err;
+	if (err)
+		return err;
+	for (uint64_t n = shot_at(playing, fmax(request->start_s - request->warm_up_s, 0));
+	     n < first; n++)
+		sim_play_shot_us(&playing->play, &BLOBS, n, 0);
+	playing->play.cost = (struct sim_play_cost){0};
+	return is_pixel(request) ? sim_play_use_pixels(&playing->play, SIM_NOISE_FULL, diag) : 0;
 }
 
 static void show_progress(uint64_t done, uint64_t count, int64_t *shown_ns)
@@ -101,7 +112,7 @@ static void run(struct playing *playing, const struct request *request)
 	double own_s = is_pixel(request) ? PIXEL_SECONDS : sim_scene_script(scene)->seconds;
 	double seconds = request->seconds > 0 ? request->seconds : own_s;
 	uint64_t count = (uint64_t)ceil(seconds * sim_scene_script(scene)->rate_hz);
-	uint64_t first = (uint64_t)(request->start_s * sim_scene_script(scene)->rate_hz);
+	uint64_t first = shot_at(playing, request->start_s);
 	bool real = strcmp(request->clock, "real") == 0, terminal = isatty(STDERR_FILENO);
 	int64_t begin_ns = clock_now_ns(), shown_ns = 0;
 
@@ -160,6 +171,8 @@ int verb_sim_play(const struct verb *verb, int argc, char **argv)
 		{"seconds", "S", "how long (default: the scene's own, 2 with pixels)",
 		 .number = &r.seconds},
 		{"start", "S", "from which second on (default 0)", .number = &r.start_s},
+		{"warm-up", "S", "of blobs before the start, not scored (default 0)",
+		 .number = &r.warm_up_s},
 		{"face-speed", "V",
 		 "peak of the fastest marker, in m/s beside the head's motion (default: the "
 		 "scene's own)",

@@ -1,0 +1,230 @@
+#!/usr/bin/python3
+"""Plays every scene through the tracker and holds its score against the gates: scenes.py BUILD [OPTIONS] [SCENE ...]
+
+A play is one run of `stagectl sim play`. Plays of one scene, level and renderer are one row; a
+scene passes when all of its rows do. docs/tracking.md tells what is counted, and why.
+"""
+import argparse
+import concurrent.futures
+import json
+import os
+import pathlib
+import random
+import secrets
+import subprocess
+import sys
+
+SPEEDS_M_S = (0.2, 1.0)
+OPTICS = ("gaussian", "tailed")
+BLOB_S, PIXEL_S = 60, 2
+SHORT_BLOB_S, SHORT_PIXEL_S = 20, 0.2
+SHORT_PIXEL_SCENES = 3  # which ones the seed says
+START_MAX_S = 60        # of plays with pictures; blobs up to there, not scored
+SEED_MAX = 10 ** 6
+BIN_LEAST = 1000        # markers, below which a mean says little
+
+RIGHT_LEAST = {False: 0.999, True: 0.995}  # with occluders?
+RIGHT_LEAST_OF = {"12-dense-thirty": 0.98}
+NEES = (0.8, 1.25)
+ELLIPSOIDS = (0.92, 0.98)
+
+
+def stagectl(build, *words):
+    done = subprocess.run([pathlib.Path(build) / "ctl" / "stagectl", "sim", *words], check=False,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if done.returncode:
+        raise RuntimeError(f"stagectl sim {' '.join(words)}: {done.stderr.strip()}")
+    return json.loads(done.stdout)
+
+
+class Play:
+    """One run: what to play and, once run, its score."""
+
+    def __init__(self, scene, level, optics, seed, seconds, speed_m_s, start_s=0):
+        self.scene, self.row = scene, (scene["name"], level, optics)
+        self.words = ["play", scene["name"], "--level", level, "--optics", optics, "--seed", str(seed),
+                      "--seconds", f"{seconds:g}", "--face-speed", f"{speed_m_s:.2f}"]
+        if start_s > 0:
+            self.words += ["--start", f"{start_s:.2f}", "--warm-up", f"{start_s:.2f}"]
+        images = scene["cameras"] * (40 if level == "pixel" else 1)
+        self.weight = seconds * scene["rate_hz"] * images * (1 + scene["markers"] / 100)
+        self.score = None
+
+    def run(self, build):
+        self.score = stagectl(build, *self.words, "--json")
+
+    def command(self):
+        return " ".join(["stagectl sim", *self.words])
+
+
+def dice_of(options, scene, level):
+    """Each scene has seeds of its own: the same face in all of them would show less."""
+    return random.Random(f"{options.seed} {scene['name']} {level}")
+
+
+def pick_start_s(dice, scene, seconds):
+    """A little before something happens."""
+    happens = [t for t in scene["happens_at_s"] if t < START_MAX_S]
+    at_s = dice.choice(happens) if happens else dice.uniform(2, min(START_MAX_S, scene["seconds"]))
+    return max(1, at_s - dice.uniform(0, 0.5) * seconds)
+
+
+def blob_plays(scene, options):
+    """The first one lasts as long as its scene, the others a minute; both renderers take turns."""
+    low, high = SPEEDS_M_S
+    dice = dice_of(options, scene, "blob")
+    first_seed = dice.randrange(SEED_MAX)
+    for i in range(options.seeds):
+        speed_m_s = low + (high - low) * i / (options.seeds - 1) if options.seeds > 1 else dice.uniform(low, high)
+        seconds = SHORT_BLOB_S if options.short else max(BLOB_S, scene["seconds"] if i == 0 else 0)
+        optics = OPTICS[i % 2] if options.seeds > 1 else dice.choice(OPTICS)
+        yield Play(scene, "blob", optics, first_seed + i, seconds, speed_m_s)
+
+
+def pixel_plays(scene, options):
+    dice = dice_of(options, scene, "pixel")
+    seed = dice.randrange(SEED_MAX)
+    seconds = SHORT_PIXEL_S if options.short else PIXEL_S
+    start_s = pick_start_s(dice, scene, seconds)
+    speed_m_s = dice.uniform(*SPEEDS_M_S)
+    for optics in OPTICS:
+        yield Play(scene, "pixel", optics, seed, seconds, speed_m_s, start_s)
+
+
+def make_plays(scenes, options):
+    pixel_scenes = scenes
+    if options.short:
+        faces = [scene for scene in scenes if scene["actors"] == 1] or scenes
+        pixel_scenes = random.Random(options.seed).sample(faces, min(SHORT_PIXEL_SCENES, len(faces)))
+    plays = [play for scene in scenes for play in blob_plays(scene, options)]
+    plays += [play for scene in pixel_scenes for play in pixel_plays(scene, options)]
+    return sorted(plays, key=lambda play: -play.weight)  # the longest first: cores end together
+
+
+def run_all(build, plays):
+    terminal = sys.stderr.isatty()
+    with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        running = [pool.submit(play.run, build) for play in plays]
+        for done, future in enumerate(concurrent.futures.as_completed(running), 1):
+            future.result()
+            if terminal:
+                print(f"\r{done} of {len(plays)} plays", end="\n" if done == len(plays) else "", file=sys.stderr)
+
+
+def mean(values_and_counts):
+    whole = sum(count for _, count in values_and_counts)
+    return sum(value * count for value, count in values_and_counts) / whole if whole else 0
+
+
+def pool_bin(scores, index):
+    bins = [score["by_cameras"][index] for score in scores]
+    return {"cameras": bins[0]["cameras"], "count": sum(b["count"] for b in bins),
+            "nees_per_axis": mean([(b["nees_per_axis"], b["count"]) for b in bins]),
+            "ellipsoid_share": mean([(b["ellipsoid_share"], b["count"]) for b in bins])}
+
+
+def find_misses(row, right_least):
+    misses = [] if row["right_share_worst"] >= right_least else ["right"]
+    misses += [what for what in ("wrong", "swapped", "ghosts", "unseen") if row[what]]
+    for b in row["by_cameras"]:
+        if b["count"] < BIN_LEAST:
+            continue
+        for what, (least, most) in (("nees_per_axis", NEES), ("ellipsoid_share", ELLIPSOIDS)):
+            if not least <= b[what] <= most:
+                misses.append(f"{what.partition('_')[0]} {b['cameras']}")
+    return misses
+
+
+def judge(key, plays):
+    scores = [play.score for play in plays]
+    worst = min(plays, key=lambda play: (-play.score["wrong"], play.score["right_share"]))
+    row = dict(zip(("scene", "level", "optics"), key))
+    row |= {"plays": len(plays), "worst": worst.command(),
+            "right_share_worst": min(score["right_share"] for score in scores),
+            "right_share_mean": mean([(score["right_share"], score["seen_by_three"]) for score in scores]),
+            "unnamed_share": mean([(score["unnamed_share"], score["seen_by_three"]) for score in scores]),
+            "rms_mm": mean([(score["rms_mm"] ** 2, score["shots"]) for score in scores]) ** 0.5,
+            "by_cameras": [pool_bin(scores, index) for index in range(len(scores[0]["by_cameras"]))]}
+    row |= {what: sum(score[what] for score in scores) for what in ("wrong", "swapped", "ghosts", "unseen")}
+    scene = plays[0].scene
+    row["right_least"] = RIGHT_LEAST_OF.get(scene["name"], RIGHT_LEAST[scene["occluders"]])
+    row["misses"] = find_misses(row, row["right_least"])
+    return row
+
+
+def judge_all(plays):
+    rows = {}
+    for play in plays:
+        rows.setdefault(play.row, []).append(play)
+    return [judge(key, rows[key]) for key in sorted(rows)]
+
+
+def print_table(rows):
+    print(f"{'scene':22} {'level':5} {'renderer':8} {'right %':>8} {'mean':>8} {'unnamed':>7} {'wrong':>5} {'swaps':>5} "
+          f"{'ghosts':>6} {'unseen':>6} {'rms mm':>7}  {'NEES/3 by 2, 3, 4, 5+':23} {'in 95 % ellipsoids':23}  verdict")
+    for row in rows:
+        nees, inside = ("".join(f"{b[what] * scale:5.{digits}f} " if b["count"] >= BIN_LEAST else "    - "
+                                for b in row["by_cameras"])
+                        for what, scale, digits in (("nees_per_axis", 1, 2), ("ellipsoid_share", 100, 1)))
+        print(f"{row['scene']:22} {row['level']:5} {row['optics']:8} {100 * row['right_share_worst']:8.3f} "
+              f"{100 * row['right_share_mean']:8.3f} {100 * row['unnamed_share']:7.3f} {row['wrong']:5} "
+              f"{row['swapped']:5} {row['ghosts']:6} {row['unseen']:6} {row['rms_mm']:7.4f} {nees} {inside} "
+              f"{'FAILED: ' + ', '.join(row['misses']) if row['misses'] else 'passed'}")
+
+
+def print_failures(rows):
+    for row in rows:
+        if row["misses"]:
+            print(f"{row['scene']}: {row['worst']}")
+
+
+def choose_scenes(build, names):
+    scenes = {scene["name"]: scene for scene in stagectl(build, "list", "--json")["scenes"] if scene["actors"]}
+    unknown = [name for name in names if name not in scenes]
+    if unknown:
+        raise RuntimeError(f"no scene with actors has the name '{unknown[0]}': stagectl sim list names them")
+    return [scenes[name] for name in names or scenes]
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(prog="./stage scenes", description="Every scene through the tracker, scored "
+                                     "against the truth. Ends with 1 when a scene misses a gate.")
+    parser.add_argument("scenes", metavar="SCENE", nargs="*", help="only these; default: all with actors")
+    parser.add_argument("--json", action="store_true", help="one object: rows, and which scenes pass")
+    parser.add_argument("--short", action="store_true", help="a minute's worth, as in ./stage test")
+    parser.add_argument("--seeds", type=int, metavar="N", help="plays at blob level per scene; default 5")
+    parser.add_argument("--seed", type=int, metavar="N", help="of all plays; default: a fresh one, printed")
+    options = parser.parse_args(arguments)
+    if options.seeds is None:
+        options.seeds = 1 if options.short else 5
+    if options.seeds < 1:
+        parser.error("--seeds: at least 1")
+    if options.seed is None:
+        options.seed = secrets.randbelow(SEED_MAX)
+    return options
+
+
+def main(build, arguments):
+    options = parse(arguments)
+    print(f"seed {options.seed}: --seed {options.seed} plays the same again", file=sys.stderr)
+    try:
+        plays = make_plays(choose_scenes(build, options.scenes), options)
+        run_all(build, plays)
+    except RuntimeError as error:
+        print(f"stage scenes: {error}", file=sys.stderr)
+        return 2
+    rows = judge_all(plays)
+    failed = sorted({row["scene"] for row in rows if row["misses"]})
+    count = len({row["scene"] for row in rows})
+    if options.json:
+        print(json.dumps({"seed": options.seed, "scenes": count, "scenes_passed": count - len(failed),
+                          "failed": failed, "rows": rows}))
+    else:
+        print_table(rows)
+        print_failures(rows)
+        print(f"every scene: {count - len(failed)} of {count} passed, seed {options.seed}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], sys.argv[2:]))
