@@ -4,6 +4,7 @@
  */
 #include <errno.h>
 #include <getopt.h>
+#include <malloc.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -335,6 +336,10 @@ static bool finish(struct program *program)
 	return finished;
 }
 
+/* Frames and queues are mapped on their own and given back when freed, always: by itself malloc
+ * raises the limit with the first one freed, and a camera that comes back would add to the heap. */
+#define MAPPED_FROM_BYTES (256 * 1024)
+
 int main(int argc, char **argv)
 {
 	static struct program program;
@@ -343,6 +348,7 @@ int main(int argc, char **argv)
 
 	if (code >= 0)
 		return code;
+	mallopt(M_MMAP_THRESHOLD, MAPPED_FROM_BYTES);
 	journal_begin();
 	if (program.darken) {
 		code = darken(program.config_path, &diag);

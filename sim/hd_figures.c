@@ -75,16 +75,14 @@ static uint32_t actor_of(const struct sim_scene *scene, uint32_t occluder)
 	return SIM_ACTOR_MAX;
 }
 
+/* Kept sorted, the farthest first; qsort() would allocate. */
 static void add_figure(struct hd_figures *figures, uint32_t what, double away_m)
 {
-	figures->figures[figures->count++] = (struct figure){what, away_m};
-}
+	uint32_t place = figures->count++;
 
-static int compare_away(const void *a, const void *b)
-{
-	double x = ((const struct figure *)a)->away_m, y = ((const struct figure *)b)->away_m;
-
-	return (x < y) - (x > y);
+	for (; place > 0 && figures->figures[place - 1].away_m < away_m; place--)
+		figures->figures[place] = figures->figures[place - 1];
+	figures->figures[place] = (struct figure){what, away_m};
 }
 
 /* Noses are painted; a neck is just behind its head. */
@@ -104,7 +102,6 @@ static void arrange(struct hd_figures *figures, const struct sim_truth *truth,
 		if (a == SIM_ACTOR_MAX || part != 1)
 			add_figure(figures, i, away_m);
 	}
-	qsort(figures->figures, figures->count, sizeof(figures->figures[0]), compare_away);
 }
 
 /* The unit sphere of a skull gives its head's axes. */

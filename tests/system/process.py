@@ -29,7 +29,11 @@ def test_every_shot_is_one_object_of_the_promised_shape(recording):
     assert [shot["shot"] for shot in shots] == list(range(48))
     assert set(shots[0]) == {"shot", "mid_exposure_ns", "markers", "heads"}
     for marker in shots[-1]["markers"]:
-        assert set(marker) == {"label", "p_m", "cov_m2", "residual_px", "cameras", "status"}
+        layers = {"confidence", "stabilised_m"}
+        promised = {"label", "p_m", "cov_m2", "residual_px", "cameras", "status"}
+        assert promised <= set(marker) <= promised | layers | {"normalised_m", "gone", "ghost"}
+        if marker["label"] and marker["status"] == "measured":
+            assert layers <= set(marker) and 0 < marker["confidence"] <= 1
         assert marker["status"] in ("measured", "two_camera", "predicted", "missing")
         if marker["status"] == "missing":
             assert marker["p_m"] is None and marker["cov_m2"] is None
