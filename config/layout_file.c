@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "config/layout_learned.h"
 #include "config/yaml.h"
 
 #define LAYOUT_SIZE_MAX (1 << 20)
@@ -18,8 +19,17 @@
 /* What is read into: the layout, and where each marker stands. */
 struct reading {
 	struct layout layout;
+	int version;
+	char calibrated[NAME_BYTES]; /* when: for people */
 	struct yaml_place names[LABEL_MAX];
 	struct yaml_place neutrals[LABEL_MAX];
+	struct learned_names neighbours[LABEL_MAX];
+};
+
+/* ... and one marker of it. */
+struct reading_marker {
+	struct layout_marker marker;
+	struct learned_names neighbours;
 };
 
 static const struct yaml_key coordinate = {"neutral_m", YAML_DOUBLE, .min = -1e6, .max = 1e6,
@@ -27,7 +37,7 @@ static const struct yaml_key coordinate = {"neutral_m", YAML_DOUBLE, .min = -1e6
 
 static void read_neutral(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
-	struct layout_marker *marker = target;
+	struct layout_marker *marker = &((struct reading_marker *)target)->marker;
 	double numbers[3];
 
 	if (!yaml_read_numbers(yaml, value, &coordinate, numbers, 3))
@@ -40,7 +50,31 @@ static void read_neutral(struct yaml *yaml, const struct yaml_value *value, void
 			      vec3_norm(marker->neutral_m));
 }
 
-#define AT(member) offsetof(struct layout_marker, member)
+static void read_learned(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	struct reading_marker *reading = target;
+
+	learned_read(yaml, value, &reading->marker.learned, &reading->neighbours);
+}
+
+static void read_mpeg4(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	static const struct yaml_key text = {"mpeg4", YAML_TEXT, .size = MPEG4_BYTES};
+	struct layout_marker *marker = &((struct reading_marker *)target)->marker;
+	unsigned int group, point;
+	int length = 0;
+
+	yaml_read_scalar(yaml, value, &text, marker->mpeg4);
+	if (!marker->mpeg4[0])
+		return;
+	if (sscanf(marker->mpeg4, "%2u.%2u%n", &group, &point, &length) != 2 ||
+	    marker->mpeg4[length] || group < 2 || group > 11 || point < 1 || point > 15)
+		yaml_complain(yaml, value->place, value->field,
+			      "'%s' is no feature point of MPEG-4: those are 2.1 to 11.6",
+			      marker->mpeg4);
+}
+
+#define AT(member) offsetof(struct reading_marker, marker.member)
 
 static const struct yaml_key marker_keys[] = {
 	{"name", YAML_NAME, AT(name), true, .size = NAME_BYTES},
@@ -49,6 +83,8 @@ static const struct yaml_key marker_keys[] = {
 	{"rigid", YAML_BOOL, .offset = AT(rigid)},
 	{"diameter_m", YAML_DOUBLE, AT(diameter_m), .min = 0.0002, .max = 0.1, .unit = "metres"},
 	{"segment", YAML_NAME, AT(segment), .size = NAME_BYTES},
+	{"mpeg4", YAML_CUSTOM, .read = read_mpeg4},
+	{"learned", YAML_CUSTOM, .read = read_learned},
 	{0},
 };
 
@@ -56,7 +92,7 @@ enum {
 	MARKER_NAME,
 	MARKER_NEUTRAL,
 	MARKER_RIGID = 3,
-	MARKER_KEY_COUNT = 6,
+	MARKER_KEY_COUNT = 8,
 };
 
 /* Compares marker `index` with those before it. */
@@ -104,12 +140,14 @@ static void read_marker(struct yaml *yaml, const struct yaml_value *value, struc
 {
 	uint32_t index = r->layout.marker_count;
 	struct yaml_place places[MARKER_KEY_COUNT + 1];
+	struct reading_marker reading = {.marker.diameter_m = DIAMETER_M};
 	bool failed_before = yaml->failed;
 
 	memset(places, 0, sizeof(places));
-	r->layout.markers[index] = (struct layout_marker){.diameter_m = DIAMETER_M};
 	yaml->failed = false;
-	yaml_read_mapping(yaml, value, marker_keys, &r->layout.markers[index], places);
+	yaml_read_mapping(yaml, value, marker_keys, &reading, places);
+	r->layout.markers[index] = reading.marker;
+	r->neighbours[index] = reading.neighbours;
 	r->names[index] = places[MARKER_NAME];
 	if (!yaml->failed) /* else the place may not be what the file meant */
 		r->neutrals[index] = places[MARKER_NEUTRAL];
@@ -151,6 +189,8 @@ static void read_markers(struct yaml *yaml, const struct yaml_value *value, void
 		}
 		read_marker(yaml, &item, r);
 	}
+	for (uint32_t i = 0; i < r->layout.marker_count; i++)
+		learned_resolve(yaml, &r->layout, i, &r->neighbours[i]);
 	if (fy_node_is_sequence(value->node) && index + 1 < MARKERS_MIN)
 		yaml_complain(yaml, value->place, value->field,
 			      "%d markers, but a head needs at least %d", index + 1, MARKERS_MIN);
@@ -161,6 +201,8 @@ static void read_markers(struct yaml *yaml, const struct yaml_value *value, void
 }
 
 static const struct yaml_key keys[] = {
+	{"version", YAML_INT, offsetof(struct reading, version), .min = 1, .max = 1},
+	{"calibrated", YAML_TEXT, offsetof(struct reading, calibrated), .size = NAME_BYTES},
 	{"markers", YAML_CUSTOM, .required = true, .read = read_markers},
 	{"actor", YAML_NAME, offsetof(struct reading, layout.actors[0].name), .size = NAME_BYTES},
 	{0},

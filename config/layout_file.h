@@ -1,8 +1,9 @@
 /*
  * Reads a layout: YAML (so JSON too),
  *   markers: [{name, neutral_m: [x, y, z], group, rigid: true|false, diameter_m,
- *             segment}]
- * in head coordinates, and optionally `actor: NAME`.
+ *             segment, mpeg4, learned}]
+ * in head coordinates, and optionally `actor: NAME`. The file of a calibrated actor is one with
+ * `learned`.
  */
 #pragma once
 

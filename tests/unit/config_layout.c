@@ -85,6 +85,45 @@ static void body_markers_name_their_segment(void **state)
 			"segment 'chest', which is rigid anyway: leave it out\n");
 }
 
+#define LEARNED                                                                  \
+	"- {name: e, neutral_m: [0.02, 0, 0.1], mpeg4: 8.10, learned: {\n"       \
+	"  range_min_m: [-0.01, -0.02, 0], range_max_m: [0.01, 0.005, 0.003],\n" \
+	"  speed_max_m_s: 0.4, rest_sd_m: 0.00003, cov_m2: [1e-6, 0, 0, 2e-6, 0, 3e-6],\n"
+
+static void what_was_learned_of_an_actor_is_read(void **state)
+{
+	struct diag diag = {0};
+
+	(void)state;
+	assert_int_equal(load("version: 1\ncalibrated: 2026-11-22\nactor: anna\n" FOUR LEARNED
+			      "  neighbours: [{name: b, spread_m: 0.001}]}}\n",
+			      &diag),
+			 0);
+	const struct layout_learned *l = &layout.markers[4].learned;
+	assert_string_equal(layout.markers[4].mpeg4, "8.10");
+	assert_true(l->known && !layout.markers[0].learned.known);
+	assert_true(l->range_min_m.y == -0.02 && l->range_max_m.z == 0.003);
+	assert_true(l->speed_max_m_s == 0.4 && l->rest_sd_m == 0.00003 && l->cov_m2[3] == 2e-6);
+	assert_int_equal(l->neighbour_count, 1);
+	assert_int_equal(l->neighbours[0].marker, 1);
+	assert_true(l->neighbours[0].spread_m == 0.001);
+}
+
+static void what_cannot_have_been_learned_is_refused_by_line(void **state)
+{
+	(void)state;
+	expect_messages(
+		FOUR LEARNED "  neighbours: [{name: x, spread_m: 0.001}, {name: e, "
+			     "spread_m: 0.001}]}}\n",
+		"9:23: markers[4].learned.neighbours[0].name: 'x' is no marker of this file\n"
+		"9:51: markers[4].learned.neighbours[1].name: 'e' is this very marker\n");
+	expect_messages(FOUR "- {name: e, neutral_m: [0.02, 0, 0.1], mpeg4: 12.1}\n",
+			"6:47: markers[4].mpeg4: '12.1' is no feature point of MPEG-4: those are "
+			"2.1 to 11.6\n");
+	expect_messages("version: 2\n" FOUR,
+			"1:10: version: 2 is out of range, expected a whole number from 1 to 1\n");
+}
+
 static void expect_refusal(struct layout *all, const char *text, const char *message)
 {
 	struct diag diag = {0};
@@ -160,7 +199,7 @@ static void missing_and_unknown_keys_are_refused(void **state)
 	(void)state;
 	expect_messages(FOUR "- {neutral_m: [0.5, 0, 0], colour: red}\n",
 			"6:28: markers[4].colour: unknown key; known here: name, neutral_m, group, "
-			"rigid, diameter_m, segment\n"
+			"rigid, diameter_m, segment, mpeg4, learned\n"
 			"6:4: markers[4].name: missing\n");
 	expect_messages(FOUR "- {name: e, rigid: yes}\n",
 			"6:20: markers[4].rigid: 'yes' is neither true nor false\n"
@@ -207,6 +246,8 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_name_and_a_place_are_enough),
 		cmocka_unit_test(body_markers_name_their_segment),
+		cmocka_unit_test(what_was_learned_of_an_actor_is_read),
+		cmocka_unit_test(what_cannot_have_been_learned_is_refused_by_line),
 		cmocka_unit_test(actors_stand_behind_one_another),
 		cmocka_unit_test(a_doubled_name_names_both_lines),
 		cmocka_unit_test(a_place_that_is_taken_is_refused),
