@@ -50,6 +50,11 @@ static bool groups_oppose(const char *a, const char *b)
 	       strncmp(a, b, (size_t)(upper - a)) == 0 && strcmp(upper + 5, lower + 5) == 0;
 }
 
+bool predict_opposes(const char *group, const char *other)
+{
+	return groups_oppose(group, other) || groups_oppose(other, group);
+}
+
 static bool may_speak_for(const struct tracker_state *state, const struct layout *layout,
 			  uint32_t a, uint32_t b)
 {
@@ -58,8 +63,7 @@ static bool may_speak_for(const struct tracker_state *state, const struct layout
 
 	/* a rigid marker says nothing of skin, nor skin of it */
 	return a != b && label->frame == other->frame && label->kind == LABEL_SKIN &&
-	       other->kind == LABEL_SKIN && !groups_oppose(group, its) &&
-	       !groups_oppose(its, group);
+	       other->kind == LABEL_SKIN && !predict_opposes(group, its);
 }
 
 /* Keeps the nearest others of the frame, whatever they say of it. */

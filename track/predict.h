@@ -25,6 +25,9 @@ struct predictions {
  * are not across the lips or the lids, with a prior for how alike they move. */
 void predict_init(struct tracker_state *state, const struct layout *layout);
 
+/* Two groups across the lips or the lids: their markers lie close and part. */
+bool predict_opposes(const char *group, const char *other);
+
 /* Own motion only. */
 void predict_motion(const struct tracker_state *state, int64_t now_ns, struct predictions *out);
 
