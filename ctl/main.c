@@ -20,6 +20,8 @@ static const struct verb verbs[] = {
 	{"camera mask", "NAME|ADDRESS", "Shows, finds, sets or clears where spots do not count",
 	 verb_camera_mask},
 	{"camera noise", "NAME|ADDRESS", "Measures a camera's noise model", verb_camera_noise},
+	{"calibrate actor", "NAME", "Learns an actor's neutral and the range of motion of the face",
+	 verb_calibrate_actor},
 	{"stream tap", "", "Subscribes to the running station and prints every shot",
 	 verb_stream_tap},
 	{"config check", "CONFIG", "Checks a config and all that it names", verb_config_check},
