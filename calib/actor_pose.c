@@ -3,6 +3,8 @@
  */
 #include "calib/actor_pose.h"
 
+#include <string.h>
+
 #include "base/clock.h"
 
 #define MOST 4 /* markers that move most */
@@ -13,6 +15,7 @@
 #define MARK_NS (NS_PER_S / 10)
 #define STILL_M 0.0005 /* of motion in the time of a mark */
 #define HELD_NS (NS_PER_S / 5)
+#define HIDDEN_NS (3 * NS_PER_S) /* so long one that hides is taken to be where it was */
 
 void actor_pose_next(struct actor_pose *pose)
 {
@@ -20,6 +23,7 @@ void actor_pose_next(struct actor_pose *pose)
 	pose->was_held = false;
 	pose->moved_m = pose->moved_max_m = 0;
 	pose->still_since_ns = pose->back_since_ns = pose->reached_ns = pose->marked_ns = 0;
+	memset(pose->last_seen_ns, 0, sizeof(pose->last_seen_ns));
 }
 
 /* Keeps the MOST largest, largest first. */
@@ -44,13 +48,21 @@ static double energy_m(const double largest_m[MOST])
 	return sqrt(sum / (MOST - 1));
 }
 
-static double from_neutral_m(const struct actor_pose *pose, const struct actor_shot *shot)
+static double from_neutral_m(struct actor_pose *pose, const struct actor_shot *shot)
 {
 	double largest_m[MOST] = {0};
+	int64_t now_ns = shot->mid_exposure_ns;
 
-	for (uint32_t i = 0; i < pose->count; i++)
-		if (pose->on_face[i] && shot->seen[i])
-			insert(largest_m, vec3_distance(shot->p_m[i], pose->neutral_m[i]));
+	for (uint32_t i = 0; i < pose->count; i++) {
+		if (!pose->on_face[i])
+			continue;
+		if (shot->seen[i]) {
+			pose->last_moved_m[i] = vec3_distance(shot->p_m[i], pose->neutral_m[i]);
+			pose->last_seen_ns[i] = now_ns;
+		}
+		if (pose->last_seen_ns[i] && now_ns - pose->last_seen_ns[i] < HIDDEN_NS)
+			insert(largest_m, pose->last_moved_m[i]);
+	}
 	return energy_m(largest_m);
 }
 

@@ -22,6 +22,9 @@ struct actor_pose {
 	enum actor_pose_phase phase;
 	bool was_held;
 	double moved_m, moved_max_m; /* from neutral: rms of the markers that moved most */
+	/* of every marker, when it was last seen; a closed lid hides its own */
+	double last_moved_m[LABEL_MAX];
+	int64_t last_seen_ns[LABEL_MAX]; /* 0 = not since the pose was asked for */
 	int64_t still_since_ns, back_since_ns, reached_ns; /* 0 = not */
 	int64_t marked_ns; /* when `marked_m` was taken, to tell motion */
 	bool marked[LABEL_MAX];
