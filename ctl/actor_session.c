@@ -41,10 +41,13 @@ double actor_session_waited_s(const struct actor_session *s)
 
 static enum actor_step end_early(struct actor_session *s, int code, const char *why)
 {
-	diag_add(s->diag,
-		 "%s; all that was captured is kept in %s: the same command goes on from there, "
-		 "with --fresh it begins anew",
-		 why, s->journal.path);
+	if (s->capture.neutral.shot_count)
+		diag_add(s->diag,
+			 "%s; all that was captured is kept in %s: the same command goes on from "
+			 "there, with --fresh it begins anew",
+			 why, s->journal.path);
+	else
+		diag_add(s->diag, "%s; nothing was captured yet", why);
 	s->code = code;
 	return STEP_OVER;
 }
@@ -166,15 +169,17 @@ static int write_file(struct actor_session *s, const char *path)
 	return output_file_commit(&file, s->diag) < 0 ? EXIT_CODE_INTERNAL : EXIT_CODE_OK;
 }
 
-static void say_done(struct actor_session *s, const char *path, int points)
+static void say_done(struct actor_session *s, const char *path)
 {
 	int count[4] = {0};
-	uint32_t learned = 0;
+	uint32_t learned = 0, points = 0;
 
 	for (int k = 0; k < ACTOR_POSE_COUNT; k++)
 		count[s->capture.outcomes[k]]++;
-	for (uint32_t i = 0; i < s->feed->layout.marker_count; i++)
+	for (uint32_t i = 0; i < s->feed->layout.marker_count; i++) {
 		learned += s->feed->layout.markers[i].learned.known;
+		points += s->feed->layout.markers[i].mpeg4[0] != 0;
+	}
 	actor_screen_say(
 		s->screen,
 		json_pack("{s:s, s:s, s:i, s:i, s:i, s:i, s:i}", "event", "done", "file", path,
@@ -195,7 +200,7 @@ static int finish(struct actor_session *s)
 	char path[PATH_MAX];
 
 	actor_learn(layout, &s->neutral, s->capture.poses, ACTOR_POSE_COUNT);
-	int points = actor_points_name(layout);
+	actor_points_name(layout);
 	snprintf(layout->actors[0].name, NAME_BYTES, "%s", s->wish->name);
 	if (snprintf(path, sizeof(path), "%s/%s.yaml", s->wish->out_dir, s->wish->name) >=
 	    (int)sizeof(path))
@@ -204,7 +209,7 @@ static int finish(struct actor_session *s)
 	if (code != EXIT_CODE_OK)
 		return code;
 	unlink(s->journal.path);
-	say_done(s, path, points);
+	say_done(s, path);
 	return EXIT_CODE_OK;
 }
 
@@ -255,6 +260,8 @@ int actor_session_run(struct actor_feed *feed, struct actor_screen *screen,
 		else
 			code = finish(s);
 	}
+	if (s->journal.file && !s->capture.neutral.shot_count)
+		unlink(s->journal.path); /* nothing is in it */
 	actor_journal_close(&s->journal);
 	actor_capture_finish(&s->capture);
 	actor_part_finish(&s->part);
