@@ -47,7 +47,8 @@ static bool set_number(const struct argument *argument, const char *text)
 	char *end;
 	double value = strtod(text, &end);
 
-	if (*end || end == text || !isfinite(value) || value <= 0)
+	if (text[strspn(text, "0123456789.eE+-")] || *end || end == text || !isfinite(value) ||
+	    value <= 0)
 		return false;
 	*argument->number = value;
 	return true;

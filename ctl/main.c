@@ -82,7 +82,8 @@ int main(int argc, char **argv)
 			return verbs[i].run(&verbs[i], argc - words, argv + words);
 	}
 	if (argc >= 2)
-		fprintf(stderr, "stagectl: no such verb: %s\n", argv[1]);
+		fprintf(stderr, "stagectl: no such verb: %s%s%s\n", argv[1], argc > 2 ? " " : "",
+			argc > 2 ? argv[2] : "");
 	print_help(stderr);
 	return EXIT_CODE_USAGE;
 }

@@ -157,6 +157,9 @@ static void read_root(struct yaml *yaml, const struct yaml_value *root,
 	if (!places[KEY_ACTORS].line && !script->board)
 		yaml_complain(yaml, root->place, "actors",
 			      "missing: a scene has actors or board: true");
+	else if (!script->actor_count && !script->board && !yaml->failed)
+		yaml_complain(yaml, places[KEY_ACTORS], "actors",
+			      "nobody is in the list: a scene has actors or board: true");
 	else if (script->board && script->actor_count)
 		yaml_complain(yaml, places[KEY_BOARD], "board",
 			      "a board is waved instead of actors, not beside them");

@@ -168,6 +168,8 @@ static void a_scene_without_anybody_is_refused(void **state)
 {
 	(void)state;
 	expect_messages(HEAD, "1:1: actors: missing: a scene has actors or board: true\n");
+	expect_messages(HEAD "actors: []\n",
+			"3:1: actors: nobody is in the list: a scene has actors or board: true\n");
 	expect_messages(HEAD "board: true\n" ANNA,
 			"3:8: board: a board is waved instead of actors, not beside them\n");
 	expect_good(HEAD "board: true\n");
