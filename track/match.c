@@ -164,7 +164,8 @@ void match_begin(struct matcher *m, const struct tracker_rig *rig, double excess
 	for (uint32_t c = 0; c < rig->camera_count; c++) {
 		m->cameras[c].view = NULL;
 		if (rig->views[c] && shot->sets[c])
-			sight_index_build(&m->cameras[c], rig->views[c], shot->sets[c]);
+			sight_index_build(&m->cameras[c], rig->views[c], shot->sets[c]->blobs,
+					  (int)shot->sets[c]->blob_count);
 	}
 }
 

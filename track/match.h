@@ -64,6 +64,7 @@ struct matcher {
 	double view_variance_px2; /* added to every blob's own */
 	uint32_t camera_count;
 	struct sight_index cameras[CAMERA_MAX];
+	struct blob parted[CAMERA_MAX][BLOB_MAX]; /* of cameras with merged spots: their blobs */
 	uint32_t point_count;
 	struct point points[POINT_MAX];
 	uint32_t candidate_count;
@@ -90,6 +91,13 @@ double match_sigma_px(const struct matcher *matcher, const struct blob *blob);
 /* Projects the seeds, of which only SEED_MAX are used; needs no blobs. */
 void match_prepare(struct matcher *matcher, const struct tracker_rig *rig, const struct seed *seeds,
 		   int count);
+
+/* Parts the spots that are two of the prepared seeds' markers; `labels` tell how bright they are.
+ */
+void match_part_merged(struct matcher *matcher, const struct label_state *labels);
+
+/* Remembers how bright the named markers are in each camera that sees them alone. */
+void match_learn_peaks(const struct matcher *matcher, struct label_state *labels);
 
 /* Adds the points that at least three cameras confirm near a prepared seed. */
 void match_seeds(struct matcher *matcher);

@@ -45,14 +45,14 @@ static void sort_into_cells(struct sight_index *index)
 	}
 }
 
-void sight_index_build(struct sight_index *index, const struct view *view,
-		       const struct blob_set *set)
+void sight_index_build(struct sight_index *index, const struct view *view, const struct blob *blobs,
+		       int blob_count)
 {
 	int longest = view->width_px > view->height_px ? view->width_px : view->height_px;
 
 	index->view = view;
-	index->blobs = set->blobs;
-	index->blob_count = (int)set->blob_count;
+	index->blobs = blobs;
+	index->blob_count = blob_count;
 	index->pixels_per_radian = pixels_per_radian(view);
 	int cell_px = longest / CELLS_ACROSS_MAX + 1;
 

@@ -7,8 +7,8 @@
 
 #include "track/match.h"
 
-void sight_index_build(struct sight_index *index, const struct view *view,
-		       const struct blob_set *set);
+void sight_index_build(struct sight_index *index, const struct view *view, const struct blob *blobs,
+		       int blob_count);
 
 /* Lists the blobs that are still free, with their rays: few, once the seeds are matched. */
 void sight_index_list_free(struct sight_index *index);

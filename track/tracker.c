@@ -20,7 +20,7 @@
 
 #define FRAME_KEPT_S 0.25 /* what is not measured for longer is looked for anew */
 #define SEED_RADIUS_M 0.004
-#define UNRESOLVED_PX 0.25f
+#define UNRESOLVED_PX 0.5f
 #define LEARN_GAP_MAX_S 0.1 /* a longer gap teaches no more */
 #define EXCESS_MAX_PX2 (0.5 * 0.5)
 #define EXCESS_GAIN 0.1      /* per shot */
@@ -296,6 +296,7 @@ static void name_shot(struct tracker_state *state, struct tracker_scratch *scrat
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		anchored[f] = fits[f].rigid_count >= 3;
 	remember_labels(l, state, m->points, anchored, now_ns, dt_s);
+	match_learn_peaks(m, state->labels);
 	ghost_learn(state, l, m->points, m->point_count, dt_s);
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		if (l->found[f])
@@ -327,6 +328,7 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 	begin_set(state, shot, out);
 	take_preparation(state, scratch, rig, now_ns);
 	match_begin(m, rig, state->excess_px2, shot);
+	match_part_merged(m, state->labels);
 	match_seeds(m);
 	match_leftovers(m);
 	nearby_build(&l->nearby, m->points, m->point_count, NULL);

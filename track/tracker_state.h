@@ -61,9 +61,10 @@ struct label_state {
 	struct vec3 offset_m; /* from where the neighbours told, when three cameras last saw it */
 	int64_t seen_ns;      /* when it was last measured; 0 = never */
 	uint32_t camera_mask; /* by which cameras */
-	double named_s;       /* how long it has had its name */
-	int64_t steady_since_ns; /* unconfirmed: explained without a break since; 0 = not */
-	int32_t strange_count;   /* shots in a row in which it disagreed with its neighbours */
+	uint8_t peak[CAMERA_MAX]; /* grey value in each camera when it was last alone; 0 = never */
+	double named_s;           /* how long it has had its name */
+	int64_t steady_since_ns;  /* unconfirmed: explained without a break since; 0 = not */
+	int32_t strange_count;    /* shots in a row in which it disagreed with its neighbours */
 };
 
 /* What moves as one: the head of an actor, or a segment of a body. */
