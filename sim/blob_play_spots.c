@@ -15,10 +15,11 @@
 #define OVER_BOUND 1.1         /* what a good centroid makes of the bound */
 #define FLOOR_PX 0.003         /* what remains of the brightest */
 #define CLIPPED_FLOOR_PX 0.012 /* saturated ones keep their rims alone */
-#define CORE_SPREADS 1.1       /* two equal Gaussians have no saddle up to 2 of these */
+#define CORE_SPREADS 1.4       /* up to 2 of these two equal ones have no saddle that is found */
 #define CORE_BLURS 0.3
-#define MERGED_SHARE 0.3 /* of the distance between the two that are taken for one */
-#define TOUCHING_PX 0.1  /* error of parting two at their saddle, at its worst */
+#define PULL 0.4        /* a window is drawn to the brighter one, beyond the mean of the light */
+#define TAIL_LOST 0.22  /* of the spread between two is below the threshold */
+#define TOUCHING_PX 0.1 /* error of parting two at their saddle, at its worst */
 
 static struct bound_table bounds[2]; /* by enum sim_optics */
 static pthread_once_t bounds_once = PTHREAD_ONCE_INIT;
@@ -114,25 +115,26 @@ static int by_row(const void *a, const void *b)
 	return (one->y_px > other->y_px) - (one->y_px < other->y_px);
 }
 
-/* The two seen as one: the middle of their light, and an error of a share of their distance. */
+/* The two seen as one, which the finder takes for a single spot: its sigma is a single spot's. */
 static void join(struct play_spot *keep, struct play_spot *give, double distance_px)
 {
 	double all = keep->light + give->light, share = give->light / all;
+	double pulled = fmin(fmax(share + PULL * (share - 0.5), 0), 1);
 	double dx = give->x_px - keep->x_px, dy = give->y_px - keep->y_px;
-	double product = share * (1 - share);
+	double product = (1 - TAIL_LOST) * share * (1 - share);
 	double more[3] = {product * dx * dx, product * dx * dy, product * dy * dy};
 
 	for (int i = 0; i < 3; i++)
 		keep->spread_px2[i] +=
 			share * (give->spread_px2[i] - keep->spread_px2[i]) + more[i];
-	keep->x_px += share * dx;
-	keep->y_px += share * dy;
-	keep->sigma_px = fmax(keep->sigma_px, MERGED_SHARE * distance_px);
+	keep->x_px += pulled * dx;
+	keep->y_px += pulled * dy;
+	keep->sigma_px = fmin(keep->sigma_px, give->sigma_px);
 	keep->light = all;
 	keep->reach_px = fmax(keep->reach_px, give->reach_px) + 0.5 * distance_px;
 	keep->area_px2 += give->area_px2;
 	keep->peak_grey = fmax(keep->peak_grey, give->peak_grey);
-	keep->flags |= give->flags | BLOB_MERGED;
+	keep->flags |= give->flags;
 	give->light = 0;
 }
 

@@ -18,8 +18,7 @@ void score_init(struct score *score)
 	score->first_wrong_shot = -1;
 }
 
-/* e' C^-1 e */
-static double nees(struct vec3 e, const double c[6])
+double score_nees(struct vec3 e, const double c[6])
 {
 	double l00 = sqrt(c[0]), l10 = c[1] / l00, l20 = c[2] / l00;
 	double l11 = sqrt(c[3] - l10 * l10), l21 = (c[4] - l20 * l10) / l11;
@@ -66,7 +65,7 @@ enum score_verdict score_judge(const struct sim_truth *truth, uint32_t label,
 	struct vec3 e = vec3_sub(marker->p_stage_m, own->p_stage_m);
 	double own_m = own->worn ? vec3_norm(e) : INFINITY;
 
-	if (own_m < SCORE_NEAR_M && nees(e, marker->cov_m2) < EXCLUDED_NEES)
+	if (own_m < SCORE_NEAR_M && score_nees(e, marker->cov_m2) < EXCLUDED_NEES)
 		return SCORE_RIGHT;
 	double other_m = nearest_other_m(truth, label, marker->p_stage_m);
 
@@ -91,7 +90,7 @@ static void count_wrong(struct score *score, enum score_verdict verdict,
 static void count_error(struct score *score, struct vec3 e, const struct marker *marker)
 {
 	int bin = marker->camera_count < 2 ? 0 : marker->camera_count - 2;
-	double of_sigma = nees(e, marker->cov_m2), e2_m2 = vec3_dot(e, e);
+	double of_sigma = score_nees(e, marker->cov_m2), e2_m2 = vec3_dot(e, e);
 	struct score_bin *in = &score->bins[bin < SCORE_BINS ? bin : SCORE_BINS - 1];
 
 	in->count++;

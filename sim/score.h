@@ -43,6 +43,9 @@ struct score {
 	int64_t first_wrong_shot; /* number of the first shot with one; -1 = none */
 };
 
+/* An error in units of its covariance: e' C^-1 e. */
+double score_nees(struct vec3 e, const double cov_m2[6]);
+
 void score_init(struct score *score);
 void score_shot(struct score *score, const struct sim_truth *truth, const struct marker_set *set);
 

@@ -16,7 +16,7 @@
 #define STEEP 0.04f  /* grey values per pixel */
 #define CRUMB_PX2 8
 #define CRUMB_GAP_PX 5
-#define TILT_OF_SADDLE 0.18f /* measured on pairs of equal spots */
+#define TILT_OF_SADDLE 0.40f /* measured on pairs of equal spots */
 #define TILT_OF_STEP 0.6f    /* measured on spots across a sharp rim */
 #define STEP_MIN 6           /* grey values; below, a slope that the plane follows */
 #define STEPS_MAX 4

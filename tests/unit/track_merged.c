@@ -1,0 +1,119 @@
+/*
+ * Lips pressed together: two markers that most cameras see as one spot keep their names, and their
+ * covariances say how well they are known then.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "sim/play.h"
+
+#define PRESSED_M 0.0035 /* markers nearer to another than this, of those that three cameras see \
+			  */
+
+struct pressed {
+	int count, right, wrong;
+	double nees;
+};
+
+static double nearest_other_m(const struct sim_truth *truth, uint32_t label)
+{
+	double least_m = INFINITY;
+
+	for (uint32_t m = 0; m < truth->marker_count; m++)
+		if (m != label)
+			least_m = fmin(least_m, vec3_distance(truth->markers[m].p_stage_m,
+							      truth->markers[label].p_stage_m));
+	return least_m;
+}
+
+static void count_shot(const struct sim_truth *truth, const struct marker_set *set,
+		       struct pressed *out)
+{
+	for (uint32_t i = 0; i < set->label_count; i++) {
+		const struct marker *marker = &set->markers[i];
+		struct vec3 e = vec3_sub(marker->p_stage_m, truth->markers[i].p_stage_m);
+
+		if (__builtin_popcount(truth->markers[i].visible_mask) < 3 ||
+		    nearest_other_m(truth, i) > PRESSED_M)
+			continue;
+		out->count++;
+		if (marker->status < MARKER_TWO_CAMERA)
+			continue;
+		if (score_judge(truth, i, marker) != SCORE_RIGHT) {
+			out->wrong++;
+			continue;
+		}
+		out->right++;
+		out->nees += score_nees(e, marker->cov_m2);
+	}
+}
+
+/* Blobs from first_s on, and pictures for so many shots of the press that begins at 14 s. */
+static struct pressed play(uint64_t seed, const char *optics, double first_s, double pictures_s,
+			   double end_s)
+{
+	static struct sim_play stage;
+	struct sim_options options = {
+		.scene = "01-lips-and-lids", .seed = seed, .optics = optics, .rate_hz = 120};
+	struct blob_play as_the_scene_has_it = {0};
+	struct pressed pressed = {0};
+	uint64_t pictures = pictures_s < 1e6 ? (uint64_t)(pictures_s * 120) : UINT64_MAX;
+
+	memset(&stage, 0, sizeof(stage));
+	assert_int_equal(sim_play_init(&stage, &options, NULL), 0);
+	for (uint64_t n = (uint64_t)(first_s * 120); n < (uint64_t)(end_s * 120); n++) {
+		if (n == pictures)
+			assert_int_equal(sim_play_use_pixels(&stage, SIM_NOISE_FAST, NULL), 0);
+		sim_play_shot_us(&stage, &as_the_scene_has_it, n, 0);
+		count_shot(&stage.truth, &stage.set, &pressed);
+	}
+	sim_play_finish(&stage);
+	print_message("# %s seed %lu: %d pressed, %d right, %d wrong, nees / 3 = %.2f\n", optics,
+		      (unsigned long)seed, pressed.count, pressed.right, pressed.wrong,
+		      pressed.nees / pressed.right / 3);
+	return pressed;
+}
+
+static const char *const OPTICS[] = {"gaussian", "tailed"};
+
+static void pressed_lips_keep_their_names(void **state)
+{
+	(void)state;
+	for (uint64_t seed = 101; seed < 105; seed++) {
+		struct pressed p = play(seed, OPTICS[seed % 2], 9.5, INFINITY, 16.5);
+
+		assert_true(p.count > 500);
+		assert_int_equal(p.wrong, 0);
+		assert_true(p.right >= 0.999 * p.count);
+		assert_true(p.nees > 0.8 * 3 * p.right && p.nees < 1.25 * 3 * p.right);
+	}
+}
+
+static void so_they_do_in_pictures(void **state)
+{
+	(void)state;
+	for (int k = 0; k < 2; k++) {
+		struct pressed p = play(111, OPTICS[k], 9.5, 14.2, 14.5);
+
+		assert_true(p.count > 100);
+		assert_int_equal(p.wrong, 0);
+		assert_true(p.right >= 0.99 * p.count);
+	}
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(pressed_lips_keep_their_names),
+		cmocka_unit_test(so_they_do_in_pictures),
+	};
+
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
