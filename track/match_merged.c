@@ -29,6 +29,12 @@ struct merged {
 	int16_t seed[NEAR_MAX];
 };
 
+enum merge {
+	MERGE_NONE,
+	MERGE_PARTED,
+	MERGE_VAGUE, /* it is somewhere between the two */
+};
+
 struct parting {
 	double cost_px2;
 	double part_px[2][2];
@@ -118,15 +124,31 @@ static bool part_between(const struct matcher *m, uint32_t c, const struct label
 	return true;
 }
 
-static bool find_parting(const struct matcher *m, uint32_t c, const struct label_state *labels,
-			 const struct blob *blob, struct parting *best)
+/* Whether two markers at least are expected here that have no nearer spot. */
+static bool is_shared(const struct matcher *m, uint32_t c, const struct merged *merged)
+{
+	const double at_px[2] = {merged->blob->x_px, merged->blob->y_px};
+	int count = 0;
+
+	for (int i = 0; i < merged->count; i++) {
+		const double *expected_px = m->seen[c][merged->seed[i]].pixel;
+
+		count += !has_own_spot(&m->cameras[c], merged->blob, expected_px,
+				       distance2_px2(at_px, expected_px));
+	}
+	return count >= 2;
+}
+
+static enum merge find_parting(const struct matcher *m, uint32_t c,
+			       const struct label_state *labels, const struct blob *blob,
+			       struct parting *best)
 {
 	struct merged merged = {.blob = blob};
 
-	if (!is_long(blob) || blob->flags & BLOB_EDGE || !blob_axes(blob, &merged.axes))
-		return false;
-	find_expected(m, c, &merged);
 	*best = (struct parting){.cost_px2 = INFINITY};
+	if (!is_long(blob) || blob->flags & BLOB_EDGE || !blob_axes(blob, &merged.axes))
+		return MERGE_NONE;
+	find_expected(m, c, &merged);
 	for (int i = 0; i < merged.count; i++)
 		for (int j = i + 1; j < merged.count; j++) {
 			int16_t pair[2] = {merged.seed[i], merged.seed[j]};
@@ -136,7 +158,10 @@ static bool find_parting(const struct matcher *m, uint32_t c, const struct label
 			    parting.cost_px2 < best->cost_px2)
 				*best = parting;
 		}
-	return best->cost_px2 < INFINITY;
+	if (best->cost_px2 < INFINITY)
+		return MERGE_PARTED;
+	best->sigma_px = sqrt(merged.axes.major_px2 - merged.axes.minor_px2);
+	return is_shared(m, c, &merged) ? MERGE_VAGUE : MERGE_NONE;
 }
 
 static struct blob part_of(const struct blob *blob, const struct parting *parting, int which)
@@ -164,12 +189,18 @@ static int part_blobs(const struct matcher *m, uint32_t c, const struct label_st
 
 	for (int k = 0; k < camera->blob_count && count < BLOB_MAX; k++) {
 		struct parting parting;
+		enum merge merge = find_parting(m, c, labels, &camera->blobs[k], &parting);
 
-		if (!find_parting(m, c, labels, &camera->blobs[k], &parting))
+		if (merge == MERGE_NONE)
 			continue;
 		if (!any)
 			memcpy(out, camera->blobs, (size_t)camera->blob_count * sizeof(*out));
 		any = true;
+		if (merge == MERGE_VAGUE) {
+			out[k].sigma_px = hypotf(out[k].sigma_px, (float)parting.sigma_px);
+			out[k].flags |= BLOB_MERGED;
+			continue;
+		}
 		out[k] = part_of(&camera->blobs[k], &parting, 0);
 		out[count++] = part_of(&camera->blobs[k], &parting, 1);
 	}

@@ -13,8 +13,9 @@
 
 #include "sim/play.h"
 
-#define PRESSED_M 0.0035 /* markers nearer to another than this, of those that three cameras see \
-			  */
+#define PRESSED_M                                                                      \
+	0.0035 /* markers nearer to another than this, of those that three cameras see \
+		*/
 
 struct pressed {
 	int count, right, wrong;
@@ -104,6 +105,7 @@ static void so_they_do_in_pictures(void **state)
 		assert_true(p.count > 100);
 		assert_int_equal(p.wrong, 0);
 		assert_true(p.right >= 0.99 * p.count);
+		assert_true(p.nees > 0.8 * 3 * p.right && p.nees < 1.25 * 3 * p.right);
 	}
 }
 
