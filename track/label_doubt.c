@@ -11,10 +11,15 @@
 #define SHARED_M 0.003 /* markers nearer than this may be one spot in every image */
 #define ASTRAY_M 0.003
 #define BETWEEN_M 0.001
-#define CLEAR_M 0.0025  /* a new name must lie this near to where the neighbours say ... */
-#define REST_SHARE 0.4  /* of the distance to the next marker: so far from rest, and its own way */
-#define CLEAR_SHARE 0.3 /* ... or within this share of its distance to the next marker */
-#define HINT_SHARE 1.2  /* a point that nobody explains tells of a shift when this near */
+#define CLEAR_M 0.0025 /* before they hold names, also within this */
+#define REST_SHARE 0.4 /* of the distance to the next marker: so far from rest, and its own way */
+#define CLEAR_SHARE                                                                             \
+	0.3            /* a new name lies where the neighbours say, by its distance to the next \
+			*/
+#define SURE_SIGMA 2.5 /* from there to the next marker */
+#define HELD_S 0.3
+#define HOLDING_MIN 3
+#define HINT_SHARE 1.2 /* a point that nobody explains tells of a shift when this near */
 
 static double cost_of(const struct assign *a, int row, int column)
 {
@@ -160,6 +165,21 @@ static bool is_held(const struct labelling *l, const struct tracker_state *state
 	return others >= 2;
 }
 
+/* Enough of those that tell have held their names for a while: they are not read one aside. */
+static bool neighbours_hold(const struct labelling *l, const struct tracker_state *state,
+			    const struct label_state *label)
+{
+	int holding = 0;
+
+	for (int k = 0; k < label->neighbour_count; k++) {
+		int other = label->neighbours[k].label;
+
+		holding += l->seen[other] && l->motion.labels[other].recent &&
+			   state->labels[other].named_s > HELD_S;
+	}
+	return holding >= HOLDING_MIN;
+}
+
 bool label_is_clear(const struct labelling *l, const struct tracker_state *state, uint32_t label)
 {
 	const struct label_state *own = &state->labels[label];
@@ -172,11 +192,14 @@ bool label_is_clear(const struct labelling *l, const struct tracker_state *state
 		return l->motion.fresh[own->frame] || is_held(l, state, label);
 	if (predict_told(state, own, l->seen, l->seen_m, &told_m, &sigma_m) < 2)
 		return own->neighbour_count < 2;
+	double off_m = vec3_distance(told_m, seen_m);
+	if (off_m > CLEAR_SHARE * own->spacing_m || own->spacing_m - off_m < SURE_SIGMA * sigma_m)
+		return false;
 	/* a neighbourhood that is read one marker aside agrees with itself, but not with its rest
 	 */
-	if (vec3_distance(own->rest_m, seen_m) >
-	    REST_SHARE * own->spacing_m + sqrt(own->rest_variance_m2))
+	if (!neighbours_hold(l, state, own) &&
+	    (off_m > CLEAR_M || vec3_distance(own->rest_m, seen_m) >
+					REST_SHARE * own->spacing_m + sqrt(own->rest_variance_m2)))
 		return false;
-	return vec3_distance(told_m, seen_m) < fmin(CLEAR_M, CLEAR_SHARE * own->spacing_m) &&
-	       !unexplained_near(l, state, label, seen_m, HINT_SHARE * own->spacing_m);
+	return !unexplained_near(l, state, label, seen_m, HINT_SHARE * own->spacing_m);
 }

@@ -18,9 +18,16 @@
 #define FRESH_SIGMA_M 0.004 /* of a face against its neutral layout */
 #define OFFSET_FADE_S 0.5   /* an own offset from the neighbours is forgotten */
 #define PRIOR_SPREAD 0.2    /* of the distance between two neighbours */
+#define SMALL_M2                                                                        \
+	(0.005 * 0.005) /* of a displacement: what is left is no share of a smaller one \
+			 */
 #define SPREAD_MIN_M2 (0.0005 * 0.0005)
 #define RISE_S 0.05
 #define FALL_S 10.0
+#define GAIN_PRIOR_M2                                                              \
+	(0.003 * 0.003) /* in seconds of such a displacement: that both move alike \
+			 */
+#define GAIN_MAX 2.5
 #define PRIOR_S 0.3 /* what the priors are worth */
 #define REST_PRIOR_M2 (0.003 * 0.003)
 #define NEIGHBOUR_DISTANCE_MAX_M 0.06
@@ -38,7 +45,10 @@ static void insert_neighbour(struct label_state *label, const double *distance_m
 	for (int k = label->neighbour_count - 1; k > place; k--)
 		label->neighbours[k] = label->neighbours[k - 1];
 	double spread_m = PRIOR_SPREAD * distance_m[other];
-	label->neighbours[place] = (struct neighbour){other, spread_m * spread_m + SPREAD_MIN_M2};
+	label->neighbours[place] =
+		(struct neighbour){.label = other,
+				   .gain = 1,
+				   .leaves = (spread_m * spread_m + SPREAD_MIN_M2) / SMALL_M2};
 }
 
 /* Two groups that differ in upper and lower alone: lips, or lids. They lie close and part. */
@@ -210,11 +220,16 @@ void predict_motion(const struct tracker_state *state, int64_t now_ns, struct pr
 	}
 }
 
+static double spread_m2(const struct neighbour *neighbour, struct vec3 its)
+{
+	return fmax(neighbour->leaves * (vec3_dot(its, its) + SMALL_M2), SPREAD_MIN_M2);
+}
+
 int predict_told(const struct tracker_state *state, const struct label_state *label,
 		 const bool *seen, const struct vec3 *seen_m, struct vec3 *told_m, double *sigma_m)
 {
 	struct vec3 sum = {0, 0, 0};
-	double weight = 0;
+	double weight = 0, weight2 = 0;
 	int count = 0;
 
 	for (int k = 0; k < label->neighbour_count; k++) {
@@ -222,16 +237,19 @@ int predict_told(const struct tracker_state *state, const struct label_state *la
 
 		if (!seen[neighbour->label])
 			continue;
-		double w = 1 / neighbour->spread_m2;
 		struct vec3 moved =
 			vec3_sub(seen_m[neighbour->label], state->labels[neighbour->label].base_m);
-		sum = vec3_add(sum, vec3_scale(moved, w));
+		double w = 1 / spread_m2(neighbour, moved);
+		sum = vec3_add(sum, vec3_scale(moved, w * neighbour->gain));
 		weight += w;
+		weight2 += w * w;
 		count++;
 	}
 	*told_m = vec3_add(label->base_m, count ? vec3_scale(sum, 1 / weight) : sum);
-	/* Neighbours err together: the mean is as good as two of them, not as all. */
-	*sigma_m = count ? fmin(sqrt(0.5 * count / weight), SIGMA_MAX_M) : SIGMA_MAX_M;
+	/* Neighbours err together: the mean is as good as two of those that count, not as all. */
+	*sigma_m =
+		count ? fmin(sqrt(fmax(0.5 * weight / weight2 * weight, 1) / weight), SIGMA_MAX_M)
+		      : SIGMA_MAX_M;
 	return count;
 }
 
@@ -248,9 +266,9 @@ static bool neighbours_shift(const struct label_state *label, const struct predi
 
 		if (!seen[other] || !motion->labels[other].recent)
 			continue;
-		double w = 1 / label->neighbours[k].spread_m2;
-		sum = vec3_add(
-			sum, vec3_scale(vec3_sub(seen_m[other], motion->labels[other].local_m), w));
+		double w = 1 / label->neighbours[k].leaves;
+		struct vec3 moved = vec3_sub(seen_m[other], motion->labels[other].local_m);
+		sum = vec3_add(sum, vec3_scale(moved, w * label->neighbours[k].gain));
 		weight += w;
 		count++;
 	}
@@ -309,11 +327,23 @@ void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 
 /* A mean square that rises at once and falls slowly: a face at rest for a while must not make what
  * follows look impossible. At first the prior soon gives way. */
-static void learn_mean(double *mean_m2, double now_m2, double dt_s, double learned_s)
+static void learn_mean(double *mean, double now, double dt_s, double learned_s)
 {
-	double time_s = now_m2 > *mean_m2 ? RISE_S : fmin(FALL_S, PRIOR_S + learned_s);
+	double time_s = now > *mean ? RISE_S : fmin(FALL_S, PRIOR_S + learned_s);
 
-	*mean_m2 += (now_m2 - *mean_m2) * fmin(dt_s / time_s, 1);
+	*mean += (now - *mean) * fmin(dt_s / time_s, 1);
+}
+
+/* Least squares through the origin, in which what was long ago fades. */
+static void learn_gain(struct neighbour *neighbour, struct vec3 own, struct vec3 its, double dt_s)
+{
+	double kept = 1 - fmin(dt_s / FALL_S, 1);
+
+	neighbour->both_m2 = kept * neighbour->both_m2 + dt_s * vec3_dot(own, its);
+	neighbour->its_m2 = kept * neighbour->its_m2 + dt_s * vec3_dot(its, its);
+	neighbour->gain = fmin(
+		fmax((neighbour->both_m2 + GAIN_PRIOR_M2) / (neighbour->its_m2 + GAIN_PRIOR_M2), 0),
+		GAIN_MAX);
 }
 
 static void learn_spread(struct tracker_state *state, struct label_state *label, struct vec3 own_m,
@@ -326,10 +356,11 @@ static void learn_spread(struct tracker_state *state, struct label_state *label,
 			continue;
 		struct vec3 own = vec3_sub(own_m, label->base_m);
 		struct vec3 its = vec3_sub(seen_m[other], state->labels[other].base_m);
-		struct vec3 apart = vec3_sub(own, its);
-		double *spread_m2 = &label->neighbours[k].spread_m2;
-		double now_m2 = fmax(vec3_dot(apart, apart), SPREAD_MIN_M2);
-		learn_mean(spread_m2, now_m2, dt_s, label->learned_s);
+		struct vec3 apart = vec3_sub(own, vec3_scale(its, label->neighbours[k].gain));
+		double left_m2 = fmax(vec3_dot(apart, apart), SPREAD_MIN_M2);
+		learn_mean(&label->neighbours[k].leaves, left_m2 / (vec3_dot(its, its) + SMALL_M2),
+			   dt_s, label->learned_s);
+		learn_gain(&label->neighbours[k], own, its, dt_s);
 	}
 }
 

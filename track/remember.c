@@ -11,6 +11,8 @@
 #define STRANGE_M 0.003 /* disagreement beyond this and a share of the spacing is strange */
 #define FOLLOW_ACCELERATION_M_S2 25.0
 #define FOLLOW_GAP_MAX_S 0.05
+#define JUMP_SHARE 0.7   /* of the distance to the next marker, in one shot */
+#define FOLLOW_SIGMA 2.0 /* from where it is to the next marker, at least */
 #define FOLLOW_SHARE 0.4 /* of the distance to the next marker: no farther from where expected */
 
 static void forget_label(struct label_state *label)
@@ -29,10 +31,12 @@ void remember_nothing(struct tracker_state *state, int frame)
 
 /* A name is given at once where it is clear, else when it has held for a while. */
 static bool may_confirm(struct tracker_state *state, const struct labelling *l,
-			const struct point *point, uint32_t i, int64_t now_ns)
+			const struct point *point, uint32_t i, bool jumped, int64_t now_ns)
 {
 	struct label_state *label = &state->labels[i];
 
+	if (jumped)
+		label->steady_since_ns = 0;
 	if (label->steady_since_ns == 0)
 		label->steady_since_ns = now_ns;
 	if (point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_clear(l, state, i))
@@ -92,8 +96,10 @@ static bool is_followed(const struct labelling *l, const struct label_state *lab
 {
 	const struct prediction *p = &l->predictions.labels[i];
 
-	return label->confirmed && p->recent &&
-	       vec3_distance(p->local_m, l->seen_m[i]) < FOLLOW_SHARE * label->spacing_m;
+	double off_m = vec3_distance(p->local_m, l->seen_m[i]);
+
+	return label->confirmed && p->recent && off_m < FOLLOW_SHARE * label->spacing_m &&
+	       (label->kind != LABEL_SKIN || label->spacing_m - off_m > FOLLOW_SIGMA * p->sigma_m);
 }
 
 static void update_label(struct tracker_state *state, const struct labelling *l,
@@ -102,6 +108,10 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 	struct label_state *label = &state->labels[i];
 	struct vec3 told_m;
 	double sigma_m;
+
+	/* What held so far was another point. */
+	bool jumped = l->seen[i] && label->kind == LABEL_SKIN &&
+		      vec3_distance(label->filled_m, l->seen_m[i]) > JUMP_SHARE * label->spacing_m;
 
 	label->filled_m = l->seen[i] ? l->seen_m[i] : l->predictions.labels[i].local_m;
 	label->doubted |= l->doubtful[i];
@@ -115,13 +125,14 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 		label->steady_since_ns = 0;
 	}
 	struct point *point = &points[l->point_of_label[i]];
-	if (!is_followed(l, label, i) && !may_confirm(state, l, point, i, now_ns))
+	bool followed = is_followed(l, label, i);
+	if (!followed && !may_confirm(state, l, point, i, jumped, now_ns))
 		return;
 	if (point->fix.used_count >= 3) {
 		predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m);
 		label->offset_m = vec3_sub(l->seen_m[i], told_m);
 	}
-	label->named_s = label->confirmed ? label->named_s + dt_s : 0;
+	label->named_s = followed ? label->named_s + dt_s : 0;
 	follow(label, l->seen_m[i], fix_noise_m(&point->fix), now_ns);
 	label->camera_mask = point->fix.used_mask;
 	point->label = (int16_t)i;
@@ -151,6 +162,8 @@ void remember_labels(struct labelling *l, struct tracker_state *state, struct po
 	for (uint32_t i = 0; i < state->label_count; i++)
 		if (l->found[state->labels[i].frame])
 			update_label(state, l, points, i, now_ns, dt_s);
+		else
+			state->labels[i].steady_since_ns = 0;
 	learn_motion(state, l, points, anchored, dt_s);
 	wear_learn(state, l, points, anchored, dt_s);
 }

@@ -19,7 +19,10 @@
 /* Another marker of the layout whose motion tells of this one's. */
 struct neighbour {
 	int16_t label;
-	double spread_m2; /* mean square difference of the two displacements; learned */
+	/* this one's displacement is the gain times the other's; both are learned */
+	double gain;
+	double leaves;          /* mean square of what that leaves, over that of what there was */
+	double both_m2, its_m2; /* sums over time, fading: own times its, and its squared */
 };
 
 enum label_kind {

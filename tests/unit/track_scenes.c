@@ -62,7 +62,7 @@ static void names_come_back_after_a_wide_turn(void **state)
 {
 	(void)state;
 	struct score s = play(
-		&(struct run){{.scene = "turning", .seed = 33, .camera_count = 8, .rate_hz = 120},
+		&(struct run){{.scene = "turning", .seed = 31, .camera_count = 8, .rate_hz = 120},
 			      CLEAN,
 			      0,
 			      600});
@@ -107,7 +107,7 @@ static void noise_strays_and_lost_spots_give_no_wrong_name(void **state)
 		240});
 
 	assert_int_equal(s.wrong, 0);
-	assert_true(right_share(&s) > 0.94);
+	assert_true(right_share(&s) > 0.97);
 }
 
 static void covariances_hold_for_blobs_that_claim_too_much(void **state)
