@@ -4,6 +4,8 @@
  */
 #include "track/ghost.h"
 
+#include "track/wear.h"
+
 #define NEAR_M 0.003      /* of the place where it was */
 #define HEAD_REACH_M 0.18 /* a ghost this near to a head may be of it */
 #define KNOWN_S 0.5       /* seen for so long in all, it is known */
@@ -12,7 +14,9 @@
 #define FORGET_NEW 0.2   /* ... and while it is not known yet */
 #define LOST_SHARE 0.2   /* of a sight, while an actor is not found */
 #define FOLLOW 0.1       /* share of a new sight in the place */
-#define EXPECTED_M 0.005 /* a label that is missing may be this near to where it is expected */
+#define EXPECTED_M 0.005 /* a label that is missing may be this near to where it is expected ... \
+			  */
+#define ANYWHERE_M 0.035 /* ... or so, while it has no name: faces are found with open mouths */
 
 static struct vec3 place_of(const struct ghost *ghost, const struct labelling *l)
 {
@@ -41,6 +45,12 @@ void ghost_recognise(const struct tracker_state *state, const struct labelling *
 	}
 }
 
+static double reach_m(const struct label_state *label)
+{
+	return label->kind != LABEL_SKIN || label->confirmed || wear_is_gone(label) ? EXPECTED_M
+										    : ANYWHERE_M;
+}
+
 /* A label without a point may be this one. */
 static bool may_be_label(const struct tracker_state *state, const struct labelling *l,
 			 struct vec3 p_stage_m)
@@ -49,7 +59,7 @@ static bool may_be_label(const struct tracker_state *state, const struct labelli
 		if (!l->seen[i] && l->found[state->labels[i].frame] &&
 		    vec3_distance(p_stage_m, pose_apply(&l->rt_stage_frame[state->labels[i].frame],
 							l->predictions.labels[i].local_m)) <
-			    EXPECTED_M)
+			    reach_m(&state->labels[i]))
 			return true;
 	return false;
 }

@@ -198,7 +198,7 @@ bool label_is_clear(const struct labelling *l, const struct tracker_state *state
 	/* a neighbourhood that is read one marker aside agrees with itself, but not with its rest
 	 */
 	if (!neighbours_hold(l, state, own) &&
-	    (off_m > CLEAR_M || vec3_distance(own->rest_m, seen_m) >
+	    (off_m > CLEAR_M || vec3_distance(vec3_add(own->rest_m, own->lean_m), seen_m) >
 					REST_SHARE * own->spacing_m + sqrt(own->rest_variance_m2)))
 		return false;
 	return !unexplained_near(l, state, label, seen_m, HINT_SHARE * own->spacing_m);

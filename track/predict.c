@@ -7,6 +7,8 @@
 #include <assert.h>
 #include <string.h>
 
+#include "track/jaw.h"
+
 #define HEAD_CARRY_S 0.1
 #define SEGMENT_CARRY_S 0.03   /* it turns about a place far from its markers */
 #define RECENT_S 0.1           /* own motion is trusted this long */
@@ -169,6 +171,7 @@ void predict_init(struct tracker_state *state, const struct layout *layout)
 		for (uint32_t i = actor->first; i < actor->first + actor->count; i++)
 			init_watch(state, &state->labels[i], actor->first,
 				   actor->first + actor->count);
+		jaw_init(state, layout, (int)a);
 	}
 }
 
@@ -237,15 +240,17 @@ int predict_told(const struct tracker_state *state, const struct label_state *la
 
 		if (!seen[neighbour->label])
 			continue;
+		const struct label_state *its = &state->labels[neighbour->label];
 		struct vec3 moved =
-			vec3_sub(seen_m[neighbour->label], state->labels[neighbour->label].base_m);
+			vec3_sub(seen_m[neighbour->label], vec3_add(its->base_m, its->lean_m));
 		double w = 1 / spread_m2(neighbour, moved);
 		sum = vec3_add(sum, vec3_scale(moved, w * neighbour->gain));
 		weight += w;
 		weight2 += w * w;
 		count++;
 	}
-	*told_m = vec3_add(label->base_m, count ? vec3_scale(sum, 1 / weight) : sum);
+	*told_m = vec3_add(vec3_add(label->base_m, label->lean_m),
+			   count ? vec3_scale(sum, 1 / weight) : sum);
 	/* Neighbours err together: the mean is as good as two of those that count, not as all. */
 	*sigma_m =
 		count ? fmin(sqrt(fmax(0.5 * weight / weight2 * weight, 1) / weight), SIGMA_MAX_M)

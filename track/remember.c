@@ -4,14 +4,19 @@
  */
 #include "track/remember.h"
 
+#include "track/first_names.h"
 #include "track/wear.h"
 
-#define STEADY_S 0.3    /* an unclear name is given when it holds this long */
-#define STRANGE_MAX 12  /* shots in a row against the neighbours until a name is taken back */
-#define STRANGE_M 0.003 /* disagreement beyond this and a share of the spacing is strange */
+#define STEADY_S 0.3       /* an unclear name is given when it holds this long */
+#define STEADY_ALONE_S 1.0 /* ... and this long where not all of its neighbours have names */
+#define KNOWN_S 0.5        /* a name lost for less is not one from nothing */
+#define AT_REST_M 0.002
+#define AT_REST_SHARE 0.25 /* of the distance to the next marker */
+#define STRANGE_MAX 12     /* shots in a row against the neighbours until a name is taken back */
+#define STRANGE_M 0.003    /* disagreement beyond this and a share of the spacing is strange */
 #define FOLLOW_ACCELERATION_M_S2 25.0
 #define FOLLOW_GAP_MAX_S 0.05
-#define JUMP_SHARE 0.7   /* of the distance to the next marker, in one shot */
+#define JUMP_SHARE 0.5   /* of the distance to the next marker, in one shot */
 #define FOLLOW_SIGMA 2.0 /* from where it is to the next marker, at least */
 #define FOLLOW_SHARE 0.4 /* of the distance to the next marker: no farther from where expected */
 
@@ -29,19 +34,36 @@ void remember_nothing(struct tracker_state *state, int frame)
 			forget_label(&state->labels[i]);
 }
 
-/* A name is given at once where it is clear, else when it has held for a while. */
+/* Where the neutral face has it, the jaw being closed. */
+static bool is_at_rest(const struct labelling *l, const struct label_state *label, uint32_t i)
+{
+	return vec3_norm(label->lean_m) < AT_REST_M &&
+	       vec3_distance(label->base_m, l->seen_m[i]) < AT_REST_SHARE * label->spacing_m;
+}
+
+/* A name is given at once where it is clear, else when it has held for a while; from nothing only
+ * where the reading comes out even, or has held for long. */
 static bool may_confirm(struct tracker_state *state, const struct labelling *l,
-			const struct point *point, uint32_t i, bool jumped, int64_t now_ns)
+			const struct leftovers *leftovers, const struct point *point, uint32_t i,
+			bool jumped, int64_t now_ns)
 {
 	struct label_state *label = &state->labels[i];
+	bool clear =
+		point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_clear(l, state, i);
 
 	if (jumped)
 		label->steady_since_ns = 0;
 	if (label->steady_since_ns == 0)
 		label->steady_since_ns = now_ns;
-	if (point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_clear(l, state, i))
+	double steady_s = (double)(now_ns - label->steady_since_ns) * 1e-9;
+	bool known = label->confirmed && (double)(now_ns - label->seen_ns) * 1e-9 < KNOWN_S;
+	if (label->kind != LABEL_SKIN || known || first_names_enclosed(state, l, leftovers, i))
+		return clear || steady_s > STEADY_S;
+	enum reading reading = first_names_read(state, l, leftovers, i);
+	if (clear &&
+	    (reading == READING_EVEN || (reading == READING_UNEVEN && is_at_rest(l, label, i))))
 		return true;
-	return (double)(now_ns - label->steady_since_ns) * 1e-9 > STEADY_S;
+	return reading != READING_SHIFTED && steady_s > STEADY_ALONE_S;
 }
 
 /* A name that goes against its neighbours for long was wrong from the start. */
@@ -103,7 +125,8 @@ static bool is_followed(const struct labelling *l, const struct label_state *lab
 }
 
 static void update_label(struct tracker_state *state, const struct labelling *l,
-			 struct point *points, uint32_t i, int64_t now_ns, double dt_s)
+			 const struct leftovers *leftovers, struct point *points, uint32_t i,
+			 int64_t now_ns, double dt_s)
 {
 	struct label_state *label = &state->labels[i];
 	struct vec3 told_m;
@@ -126,7 +149,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 	}
 	struct point *point = &points[l->point_of_label[i]];
 	bool followed = is_followed(l, label, i);
-	if (!followed && !may_confirm(state, l, point, i, jumped, now_ns))
+	if (!followed && !may_confirm(state, l, leftovers, point, i, jumped, now_ns))
 		return;
 	if (point->fix.used_count >= 3) {
 		predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m);
@@ -152,6 +175,8 @@ static void learn_motion(struct tracker_state *state, const struct labelling *l,
 void remember_labels(struct labelling *l, struct tracker_state *state, struct point *points,
 		     const bool *anchored, int64_t now_ns, double dt_s)
 {
+	struct leftovers leftovers;
+
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		if (l->found[f])
 			l->rt_frame_stage[f] = pose_inverse(&l->rt_stage_frame[f]);
@@ -159,9 +184,10 @@ void remember_labels(struct labelling *l, struct tracker_state *state, struct po
 		if (l->seen[i])
 			l->seen_m[i] = pose_apply(&l->rt_frame_stage[state->labels[i].frame],
 						  points[l->point_of_label[i]].fix.p_stage_m);
+	first_names_look(state, l, points, &leftovers);
 	for (uint32_t i = 0; i < state->label_count; i++)
 		if (l->found[state->labels[i].frame])
-			update_label(state, l, points, i, now_ns, dt_s);
+			update_label(state, l, &leftovers, points, i, now_ns, dt_s);
 		else
 			state->labels[i].steady_since_ns = 0;
 	learn_motion(state, l, points, anchored, dt_s);

@@ -11,6 +11,7 @@
 #include "track/emit.h"
 #include "track/ghost.h"
 #include "track/head.h"
+#include "track/jaw.h"
 #include "track/jig.h"
 #include "track/label.h"
 #include "track/match.h"
@@ -287,6 +288,7 @@ static void name_shot(struct tracker_state *state, struct tracker_scratch *scrat
 
 	note_merged(m, l->merged);
 	ghost_recognise(state, l, m->points, m->point_count, l->is_ghost);
+	jaw_lean(state, l);
 	label_points(l, state, m->points, m->point_count, now_ns);
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		if (l->found[f] && !frame_is_plausible(state, l, (int)f))

@@ -48,6 +48,9 @@ struct label_state {
 	uint32_t base_count; /* shots that told so; 0 = it is the layout's */
 	double absent_s;     /* for how long it should have been seen and was not */
 
+	struct vec3 jaw_m_rad; /* how it goes with the opening jaw; 0 = not at all */
+	struct vec3 lean_m;    /* from there by the jaw, while the names about it are not known */
+
 	/* where it rests, in the coordinates of its frame as all that follows: learned while the
 	 * rigid markers hold the head, so that the skin can hold it when they are hidden */
 	struct vec3 rest_m;

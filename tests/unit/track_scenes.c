@@ -87,6 +87,24 @@ static void names_are_found_in_the_middle_of_speech(void **state)
 	}
 }
 
+static void a_start_in_the_middle_of_speech_swaps_no_name(void **state)
+{
+	(void)state;
+	for (uint64_t seed = 1; seed < 5; seed++)
+		for (uint64_t start = 0; start < 3; start++) {
+			struct score s = play(&(struct run){{.scene = "talking",
+							     .seed = seed,
+							     .camera_count = 8,
+							     .rate_hz = 120},
+							    {.lost_share = 0.01, .stray_count = 5},
+							    144 + 18 * seed + 131 * start,
+							    120});
+
+			assert_int_equal(s.wrong, 0);
+			assert_true(right_share(&s) > 0.95);
+		}
+}
+
 static void thirty_shots_a_second_are_enough(void **state)
 {
 	(void)state;
@@ -273,6 +291,7 @@ int main(void)
 		cmocka_unit_test(a_talking_head_keeps_its_names),
 		cmocka_unit_test(names_come_back_after_a_wide_turn),
 		cmocka_unit_test(names_are_found_in_the_middle_of_speech),
+		cmocka_unit_test(a_start_in_the_middle_of_speech_swaps_no_name),
 		cmocka_unit_test(thirty_shots_a_second_are_enough),
 		cmocka_unit_test(noise_strays_and_lost_spots_give_no_wrong_name),
 		cmocka_unit_test(covariances_hold_for_blobs_that_claim_too_much),
