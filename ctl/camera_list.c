@@ -7,6 +7,7 @@
 
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
+#include "ctl/print_json.h"
 #include "ctl/program_drivers.h"
 
 static void add_camera(const struct camera_info *info, void *user)
@@ -54,9 +55,7 @@ int verb_camera_list(const struct verb *verb, int argc, char **argv)
 	if (json) {
 		json_t *object = json_pack("{s:O}", "cameras", cameras);
 
-		json_dumpf(object, stdout, JSON_COMPACT);
-		putchar('\n');
-		json_decref(object);
+		print_json(object);
 	} else {
 		print_table(cameras);
 	}

@@ -16,6 +16,7 @@
 #include "ctl/control_client.h"
 #include "ctl/frame_feed.h"
 #include "ctl/output_file.h"
+#include "ctl/print_json.h"
 #include "ctl/snapshot.h"
 #include "track/blobs.h"
 #include "track/mask_find.h"
@@ -209,9 +210,7 @@ static void print_mask(const struct wish *wish, const struct mask *mask)
 		json_t *object =
 			json_pack("{s:s, s:o}", "camera", wish->camera, "mask", areas_json(mask));
 
-		json_dumpf(object, stdout, JSON_COMPACT);
-		putchar('\n');
-		json_decref(object);
+		print_json(object);
 		return;
 	}
 	/* As the config wants it. */

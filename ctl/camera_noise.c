@@ -14,6 +14,7 @@
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
 #include "ctl/frame_feed.h"
+#include "ctl/print_json.h"
 #include "track/noise_meter.h"
 
 #define FRAMES_DEFAULT 64
@@ -64,9 +65,7 @@ static void report(const char *camera, const struct measuring *m, const struct n
 			"read_noise_grey", model->read_noise_grey, "dark_grey", model->dark_grey,
 			"lowest_grey", model->lowest_grey, "highest_grey", model->highest_grey);
 
-		json_dumpf(object, stdout, JSON_COMPACT);
-		putchar('\n');
-		json_decref(object);
+		print_json(object);
 		return;
 	}
 	printf("%s: %" PRIu64 " images, light from %d to %d grey values\n"

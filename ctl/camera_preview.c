@@ -10,6 +10,7 @@
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
 #include "ctl/camera_sheet.h"
+#include "ctl/print_json.h"
 #include "ctl/snapshot.h"
 
 #define ALL_CAMERAS "all"
@@ -35,9 +36,7 @@ static void report(const struct snapshot *snapshot, const char *path, bool json)
 				   "width_px", snapshot->width_px, "height_px", snapshot->height_px,
 				   "mid_exposure_ns", (json_int_t)snapshot->mid_exposure_ns,
 				   "blobs", (int)snapshot->blob_count, "file", path);
-	json_dumpf(object, stdout, JSON_COMPACT);
-	putchar('\n');
-	json_decref(object);
+	print_json(object);
 }
 
 int verb_camera_preview(const struct verb *verb, int argc, char **argv)

@@ -17,6 +17,7 @@
 #include "base/exit_codes.h"
 #include "config/stage.h"
 #include "ctl/control_client.h"
+#include "ctl/print_json.h"
 #include "ctl/sheet.h"
 #include "protocol/stage_client.h"
 
@@ -179,20 +180,20 @@ static int write_sheet(struct gathering *all, const struct camera_sheet_options 
 
 static void report(const struct gathering *all, const struct camera_sheet_options *options)
 {
-	json_t *object, *captions = json_array();
+	json_t *captions = json_array();
 
 	for (uint32_t c = 0; c < all->count; c++) {
 		if (!options->json)
 			puts(all->tiles[c].caption);
 		json_array_append_new(captions, json_string(all->tiles[c].caption));
 	}
-	if (!options->json)
-		printf("written to %s\n", options->output);
-	object = json_pack("{s:s, s:o}", "file", options->output, "cameras", captions);
+	json_t *object = json_pack("{s:s, s:o}", "file", options->output, "cameras", captions);
+
 	if (options->json) {
-		json_dumpf(object, stdout, JSON_COMPACT);
-		putchar('\n');
+		print_json(object);
+		return;
 	}
+	printf("written to %s\n", options->output);
 	json_decref(object);
 }
 

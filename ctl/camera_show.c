@@ -9,6 +9,7 @@
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
 #include "ctl/control_client.h"
+#include "ctl/print_json.h"
 #include "ctl/program_drivers.h"
 #include "ctl/snapshot.h"
 
@@ -126,11 +127,10 @@ int verb_camera_show(const struct verb *verb, int argc, char **argv)
 	if (code)
 		return code;
 	if (json) {
-		json_dumpf(shown, stdout, JSON_COMPACT);
-		putchar('\n');
+		print_json(shown);
 	} else {
 		print_values(shown, "");
+		json_decref(shown);
 	}
-	json_decref(shown);
 	return EXIT_CODE_OK;
 }

@@ -9,6 +9,7 @@
 
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
+#include "ctl/print_json.h"
 #include "ctl/program_drivers.h"
 #include "drivers/open_cameras.h"
 #include "sim/scene.h"
@@ -144,15 +145,13 @@ static json_t *errors_json(const struct diag *diag)
 	return errors;
 }
 
-static void print_json(const struct stage *stage, const struct diag *diag, bool good)
+static void print_verdict(const struct stage *stage, const struct diag *diag, bool good)
 {
 	json_t *object = good ? summary_json(stage) : json_object();
 
 	json_object_set_new(object, "good", json_boolean(good));
 	json_object_set_new(object, "errors", errors_json(diag));
-	json_dumpf(object, stdout, JSON_COMPACT);
-	putchar('\n');
-	json_decref(object);
+	print_json(object);
 }
 
 int verb_config_check(const struct verb *verb, int argc, char **argv)
@@ -173,7 +172,7 @@ int verb_config_check(const struct verb *verb, int argc, char **argv)
 		return EXIT_CODE_INTERNAL;
 	int code = check(stage, path, &diag);
 	if (json)
-		print_json(stage, &diag, code == EXIT_CODE_OK);
+		print_verdict(stage, &diag, code == EXIT_CODE_OK);
 	else if (code == EXIT_CODE_OK)
 		print_summary(stage);
 	else

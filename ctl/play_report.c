@@ -9,6 +9,7 @@
 #include <stdio.h>
 
 #include "base/clock.h"
+#include "ctl/print_json.h"
 
 /* Of nothing it is 0. */
 static double share(double part, uint64_t whole)
@@ -98,9 +99,7 @@ void play_report_print_json(const struct play_report *report)
 		json_object_update(object, parts[i]);
 		json_decref(parts[i]);
 	}
-	json_dumpf(object, stdout, JSON_COMPACT);
-	putchar('\n');
-	json_decref(object);
+	print_json(object);
 }
 
 static void print_bins(const struct score *s)

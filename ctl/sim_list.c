@@ -6,6 +6,7 @@
 
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
+#include "ctl/print_json.h"
 #include "sim/scene_file.h"
 #include "sim/scene_find.h"
 
@@ -100,9 +101,7 @@ int verb_sim_list(const struct verb *verb, int argc, char **argv)
 	if (json) {
 		json_t *object = json_pack("{s:o}", "scenes", list);
 
-		json_dumpf(object, stdout, JSON_COMPACT);
-		putchar('\n');
-		json_decref(object);
+		print_json(object);
 	}
 	diag_print(&diag, stderr);
 	err = err || diag.count;

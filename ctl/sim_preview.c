@@ -13,6 +13,7 @@
 #include "base/clock.h"
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
+#include "ctl/print_json.h"
 #include "ctl/sheet.h"
 #include "sim/hd_render.h"
 #include "sim/render.h"
@@ -204,9 +205,7 @@ static void report(const struct preview *preview, const char *path, bool json)
 	json_t *object =
 		json_pack("{s:s, s:I, s:i}", "file", path, "shot", (json_int_t)preview->shot,
 			  "cameras", (int)preview->camera_count);
-	json_dumpf(object, stdout, JSON_COMPACT);
-	putchar('\n');
-	json_decref(object);
+	print_json(object);
 }
 
 static int preview_scene(const struct preview_options *options)

@@ -10,6 +10,7 @@
 
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
+#include "ctl/print_json.h"
 #include "sim/record.h"
 
 static void progress(uint64_t shots_done, uint64_t shot_count, void *user)
@@ -26,9 +27,7 @@ static void report(const char *dir, bool json)
 		return;
 	}
 	json_t *object = json_pack("{s:s, s:s+}", "dir", dir, "config", dir, "/stage.yaml");
-	json_dumpf(object, stdout, JSON_COMPACT);
-	putchar('\n');
-	json_decref(object);
+	print_json(object);
 }
 
 /* What was asked for was wrong, or it could not be written. */

@@ -1,0 +1,13 @@
+/*
+ * One object, one line.
+ */
+#include "ctl/print_json.h"
+
+#include <stdio.h>
+
+void print_json(json_t *object)
+{
+	json_dumpf(object, stdout, JSON_COMPACT);
+	putchar('\n');
+	json_decref(object);
+}
