@@ -17,7 +17,7 @@ static const struct verb verbs[] = {
 	{"camera show", "NAME|ADDRESS", "Says what a camera is and does", verb_camera_show},
 	{"camera preview", "NAME|ADDRESS|all", "Saves an image, with spots and names",
 	 verb_camera_preview},
-	{"camera mask", "NAME|ADDRESS", "Shows, finds, sets or clears where spots do not count",
+	{"camera mask", "NAME|ADDRESS", "Shows, finds or clears where spots do not count",
 	 verb_camera_mask},
 	{"camera noise", "NAME|ADDRESS", "Measures a camera's noise model", verb_camera_noise},
 	{"calibrate actor", "NAME", "Learns an actor's neutral and the range of motion of the face",
@@ -45,7 +45,7 @@ static void print_help(FILE *out)
 		char left[64];
 
 		snprintf(left, sizeof(left), "%s %s", verbs[i].name, verbs[i].arguments);
-		fprintf(out, "  %-29s %s\n", left, verbs[i].summary);
+		fprintf(out, "  %-32s %s\n", left, verbs[i].summary);
 	}
 	fputs("\nstagectl VERB --help tells the options of a verb.\n\n", out);
 	exit_codes_print(out);

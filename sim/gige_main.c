@@ -28,7 +28,7 @@ struct arguments {
 
 static const char usage[] =
 	"usage: stage-sim-gige [options]\n"
-	"  --scene NAME          rest, talking (the default) or turning\n"
+	"  --scene NAME          one of stagectl sim list, or a file; default talking\n"
 	"  --seed N              of face, motion and noise; default 1\n"
 	"  --cameras N           4 to 24; default: the scene's own\n"
 	"  --rate HZ             default: the scene's own\n"
