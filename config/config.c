@@ -386,6 +386,15 @@ static void check_clock(struct yaml *yaml, const struct config *config)
 			      config->trigger);
 }
 
+/* NULL when there is none of this name. */
+static struct config_camera *find_camera(struct config *config, const char *name)
+{
+	for (uint32_t c = 0; c < config->camera_count; c++)
+		if (strcmp(config->cameras[c].name, name) == 0)
+			return &config->cameras[c];
+	return NULL;
+}
+
 /* Masks from their own file. */
 static void add_masks(struct yaml *yaml, struct config *config, struct yaml_place place)
 {
@@ -399,7 +408,7 @@ static void add_masks(struct yaml *yaml, struct config *config, struct yaml_plac
 		return;
 	}
 	for (uint32_t m = 0; m < masks.count; m++) {
-		struct config_camera *camera = config_find_camera(config, masks.cameras[m].camera);
+		struct config_camera *camera = find_camera(config, masks.cameras[m].camera);
 
 		if (!camera || camera->role != ROLE_IR)
 			yaml_complain(yaml, place, "masks", "%s: there is no camera %s of role ir",
@@ -432,14 +441,6 @@ static void read_config(struct yaml *yaml, struct reading *reading)
 	add_masks(yaml, config, places[KEY_MASKS]);
 	resolve(yaml, config, config->socket_dir, places[KEY_SOCKET_DIR], "socket_dir",
 		108 - 1 - SOCKET_NAME_MAX);
-}
-
-struct config_camera *config_find_camera(struct config *config, const char *name)
-{
-	for (uint32_t c = 0; c < config->camera_count; c++)
-		if (strcmp(config->cameras[c].name, name) == 0)
-			return &config->cameras[c];
-	return NULL;
 }
 
 struct blob_settings config_blobs(const struct config *config, uint32_t camera)

@@ -59,8 +59,5 @@ struct config {
  * "file:line:column: field: what is wrong". Returns 0, -EINVAL, or the errno of reading it. */
 int config_load(struct config *config, const char *path, struct diag *diag);
 
-/* NULL when there is none of this name. */
-struct config_camera *config_find_camera(struct config *config, const char *name);
-
 /* How blobs are found in a camera's images. */
 struct blob_settings config_blobs(const struct config *config, uint32_t camera);

@@ -51,6 +51,15 @@ static const struct yaml_key camera_keys[] = {
 	{0},
 };
 
+/* NULL when it has none. */
+static struct mask *find_mask(struct masks *masks, const char *camera)
+{
+	for (uint32_t c = 0; c < masks->count; c++)
+		if (strcmp(masks->cameras[c].camera, camera) == 0)
+			return &masks->cameras[c].mask;
+	return NULL;
+}
+
 static void read_camera(struct yaml *yaml, const struct yaml_value *value, struct masks *masks)
 {
 	struct named_mask camera = {0};
@@ -60,7 +69,7 @@ static void read_camera(struct yaml *yaml, const struct yaml_value *value, struc
 		return;
 	}
 	yaml_read_mapping(yaml, value, camera_keys, &camera, NULL);
-	if (*camera.camera && masks_find(masks, camera.camera))
+	if (*camera.camera && find_mask(masks, camera.camera))
 		yaml_complain(yaml, value->place, value->field, "camera %s was there before",
 			      camera.camera);
 	masks->cameras[masks->count++] = camera;
@@ -123,17 +132,9 @@ void masks_write(const struct masks *masks, FILE *file)
 	}
 }
 
-const struct mask *masks_find(const struct masks *masks, const char *camera)
-{
-	for (uint32_t c = 0; c < masks->count; c++)
-		if (strcmp(masks->cameras[c].camera, camera) == 0)
-			return &masks->cameras[c].mask;
-	return NULL;
-}
-
 int masks_set(struct masks *masks, const char *camera, const struct mask *mask)
 {
-	struct mask *found = (struct mask *)masks_find(masks, camera);
+	struct mask *found = find_mask(masks, camera);
 
 	if (!found && masks->count == CAMERA_MAX)
 		return -ENOSPC;

@@ -31,9 +31,6 @@ int masks_load(struct masks *masks, const char *path, struct diag *diag);
 /* As masks_load() reads it. */
 void masks_write(const struct masks *masks, FILE *file);
 
-/* The mask of a camera, NULL when it has none. */
-const struct mask *masks_find(const struct masks *masks, const char *camera);
-
 /* Returns 0 or -ENOSPC. */
 int masks_set(struct masks *masks, const char *camera, const struct mask *mask);
 

@@ -78,11 +78,6 @@ static const struct config_camera *find_camera(const struct config_camera *camer
 	return NULL;
 }
 
-const char *sim_fault_name(int kind)
-{
-	return kinds[kind];
-}
-
 void sim_fault_check_kind(struct yaml *yaml, const struct sim_fault *fault, enum sim_fault_of of,
 			  const char *field)
 {

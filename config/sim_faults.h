@@ -55,9 +55,6 @@ enum sim_fault_of { SIM_FAULT_OF_IR, SIM_FAULT_OF_HD, SIM_FAULT_OF_RECORDING };
 void sim_fault_check_kind(struct yaml *yaml, const struct sim_fault *fault, enum sim_fault_of of,
 			  const char *field);
 
-/* "drop", ... as in files. */
-const char *sim_fault_name(int kind);
-
 struct config_camera;
 
 /* Once the cameras are read: each fault's camera must be one of them, and simulated or

@@ -7,7 +7,7 @@
 #include <inttypes.h>
 #include <math.h>
 
-const char *marker_status_name(enum marker_status status)
+static const char *status_name(enum marker_status status)
 {
 	switch (status) {
 	case MARKER_PREDICTED:
@@ -120,7 +120,7 @@ static void write_marker(FILE *out, const struct marker *marker, const struct la
 	fputs(",\"residual_px\":", out);
 	write_number(out, "%.4f", marker->residual_px);
 	fprintf(out, ",\"cameras\":%d,\"status\":\"%s\"", marker->camera_count,
-		marker_status_name(marker->status));
+		status_name(marker->status));
 	write_flags(out, marker);
 	putc('}', out);
 }

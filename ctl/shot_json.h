@@ -8,8 +8,5 @@
 #include "track/layout.h"
 #include "track/observe.h"
 
-/* "measured", "two_camera", "predicted" or "missing". */
-const char *marker_status_name(enum marker_status status);
-
 /* Writes the object and a newline; errors show in ferror(). */
 void shot_json_write(FILE *out, const struct marker_set *set, const struct layout *layout);

@@ -124,8 +124,8 @@ static int decode_pnm(struct image_reader *reader, uint8_t *bytes, size_t size, 
 	return 0;
 }
 
-int image_decode(struct image_reader *reader, uint8_t *bytes, size_t size, struct image *out,
-		 char problem[IMAGE_PROBLEM_BYTES])
+static int decode(struct image_reader *reader, uint8_t *bytes, size_t size, struct image *out,
+		  char problem[IMAGE_PROBLEM_BYTES])
 {
 	struct image image = {.width_px = reader->width_px, .height_px = reader->height_px};
 	int err = image_is_png(bytes, size)
@@ -221,7 +221,7 @@ int image_read(struct image_reader *reader, const char *path, struct image *out,
 	size_t size;
 	int err = read_file(path, reader->file, reader->file_capacity, true, &size, problem);
 
-	return err ? err : image_decode(reader, reader->file, size, out, problem);
+	return err ? err : decode(reader, reader->file, size, out, problem);
 }
 
 void image_make_grey(struct image *image)

@@ -36,9 +36,5 @@ void image_reader_finish(struct image_reader *reader);
 int image_read(struct image_reader *reader, const char *path, struct image *out,
 	       char problem[IMAGE_PROBLEM_BYTES]);
 
-/* The same from memory: `pixels` may point into `bytes`. */
-int image_decode(struct image_reader *reader, uint8_t *bytes, size_t size, struct image *out,
-		 char problem[IMAGE_PROBLEM_BYTES]);
-
 /* Makes RGB grey (ITU-R BT.601 luma, rounded) in place; a grey image stays as it is. */
 void image_make_grey(struct image *image);

@@ -35,8 +35,9 @@ sim_fault_mask sim_faults_of(const struct sim_faults *faults, const char *device
 	return mask;
 }
 
-const struct sim_fault *sim_faults_find(const struct sim_faults *faults, const char *device,
-					enum sim_fault_kind kind, int64_t time_ns)
+/* The first one of that kind at that time; NULL without. */
+static const struct sim_fault *find_fault(const struct sim_faults *faults, const char *device,
+					  enum sim_fault_kind kind, int64_t time_ns)
 {
 	for (uint32_t i = 0; faults && i < faults->count; i++)
 		if (faults->faults[i].kind == (int)kind &&
@@ -52,7 +53,7 @@ static int64_t ns_of_ms(double time_ms)
 
 int64_t sim_faults_delay_ns(const struct sim_faults *faults, const char *device, int64_t time_ns)
 {
-	const struct sim_fault *fault = sim_faults_find(faults, device, SIM_FAULT_DELAY, time_ns);
+	const struct sim_fault *fault = find_fault(faults, device, SIM_FAULT_DELAY, time_ns);
 
 	return fault ? ns_of_ms(fault->delay_ms) : 0;
 }
@@ -60,8 +61,7 @@ int64_t sim_faults_delay_ns(const struct sim_faults *faults, const char *device,
 int64_t sim_faults_clock_off_ns(const struct sim_faults *faults, const char *device,
 				int64_t time_ns)
 {
-	const struct sim_fault *fault =
-		sim_faults_find(faults, device, SIM_FAULT_CLOCK_STEP, time_ns);
+	const struct sim_fault *fault = find_fault(faults, device, SIM_FAULT_CLOCK_STEP, time_ns);
 
 	return fault ? ns_of_ms(fault->step_ms) : 0;
 }

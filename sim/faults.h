@@ -19,10 +19,6 @@ typedef uint32_t sim_fault_mask;
 sim_fault_mask sim_faults_of(const struct sim_faults *faults, const char *device, int64_t time_ns,
 			     int64_t period_ns);
 
-/* The first fault of that kind at that time; NULL without. */
-const struct sim_fault *sim_faults_find(const struct sim_faults *faults, const char *device,
-					enum sim_fault_kind kind, int64_t time_ns);
-
 /* How far the camera's clock is off at that time; 0 without SIM_FAULT_CLOCK_STEP. */
 int64_t sim_faults_clock_off_ns(const struct sim_faults *faults, const char *device,
 				int64_t time_ns);

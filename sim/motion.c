@@ -10,7 +10,8 @@
 #define LARGE_TURN_DEG 63
 #define TRIAL_S 20.0 /* in which the peak speed is looked for */
 
-const struct vec3 MOTION_NECK_M = {0, -110 * MM, -25 * MM};
+/* The head turns about it; head coordinates. */
+static const struct vec3 NECK_M = {0, -110 * MM, -25 * MM};
 
 static const struct band TURN = {0.1, 0.45}, SHAKE = {1.2, 3.0}, SWAY = {0.15, 1.0};
 static const struct band FAST_SHAKE = {1.8, 3.0};
@@ -50,7 +51,7 @@ static struct pose seat_of(const struct sim_actor_script *script, struct rng *rn
 	facing.t = vec3_add(script->seat_m, off_m);
 	struct pose seat = pose_compose(&facing, &ahead);
 
-	slouch.t = vec3_sub(MOTION_NECK_M, pose_rotate(&slouch, MOTION_NECK_M));
+	slouch.t = vec3_sub(NECK_M, pose_rotate(&slouch, NECK_M));
 	return pose_compose(&seat, &slouch);
 }
 
@@ -70,7 +71,7 @@ static struct pose turned(const double angle_rad[3])
 	struct pose yx = pose_compose(&ry, &rx);
 	struct pose turn = pose_compose(&yx, &rz);
 
-	turn.t = vec3_sub(MOTION_NECK_M, pose_rotate(&turn, MOTION_NECK_M));
+	turn.t = vec3_sub(NECK_M, pose_rotate(&turn, NECK_M));
 	return turn;
 }
 

@@ -26,5 +26,3 @@ struct pose motion_head(const struct motion *motion, double time_s, double turn_
 
 /* The neck's: sways with the head and does not turn. */
 struct pose motion_neck(const struct motion *motion, double time_s);
-
-extern const struct vec3 MOTION_NECK_M; /* the head turns about it; head coordinates */

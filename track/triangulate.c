@@ -20,7 +20,9 @@
 #define DOUBTS_MAX 4        /* each from where the last one led */
 #define WIDEN_CHI2 4.0 /* per degree of freedom; covariance follows the residuals beyond this */
 
-int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *out)
+/* Closest point to all rays (least squares in space): where Gauss-Newton starts. Returns -EDOM when
+ * the rays are parallel. */
+static int meet_rays(const struct sighting *sightings, int count, struct vec3 *out)
 {
 	double a[6] = {0}, inv[6], determinant;
 	struct vec3 b = {0, 0, 0};
@@ -212,7 +214,7 @@ int triangulate(const struct sighting *sightings, int count, const struct vec3 *
 	if (guess_stage_m)
 		fix.p_stage_m = *guess_stage_m;
 	else
-		error = triangulate_rays(sightings, count, &fix.p_stage_m);
+		error = meet_rays(sightings, count, &fix.p_stage_m);
 	if (!error)
 		error = converge(sightings, count, guess_stage_m != NULL, equations, &fix, &step);
 	if (error)

@@ -38,10 +38,6 @@ static inline double fix_noise_m(const struct fix *fix)
 	return sqrt((fix->cov_m2[0] + fix->cov_m2[3] + fix->cov_m2[5]) / 3);
 }
 
-/* Closest point to all rays (least squares in space): where Gauss-Newton starts. Returns -EDOM when
- * the rays are parallel. */
-int triangulate_rays(const struct sighting *sightings, int count, struct vec3 *out);
-
 /* 2 to CAMERA_MAX sightings; starts from the guess, or from the rays where that is NULL. A view is
  * not used when it is more likely bad than good. Returns 0, or -EDOM when the point is out
  * of a camera's sight or cannot be fixed. */
