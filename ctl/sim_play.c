@@ -13,6 +13,7 @@
 
 #include "base/clock.h"
 #include "base/exit_codes.h"
+#include "config/layout_file.h"
 #include "ctl/arguments.h"
 #include "ctl/play_report.h"
 #include "sim/play.h"
@@ -21,7 +22,7 @@
 #define PROGRESS_NS (200 * NS_PER_MS)
 
 struct request {
-	const char *scene, *level, *clock, *optics;
+	const char *scene, *level, *clock, *optics, *layout_path;
 	uint64_t seed, cameras;
 	double start_s, warm_up_s, seconds, rate_hz, face_speed_m_s;
 	bool json;
@@ -29,6 +30,7 @@ struct request {
 
 struct playing {
 	struct sim_play play;
+	struct layout given; /* what the tracker knows instead of the scene's own */
 	struct score score;
 	uint64_t blobs_lost, markers_lost;
 	int64_t elapsed_ns;
@@ -62,6 +64,26 @@ static uint64_t shot_at(const struct playing *playing, double time_s)
 	return (uint64_t)(time_s * sim_scene_script(playing->play.scene)->rate_hz);
 }
 
+/* The score goes by the order of the markers: it must be the scene's. */
+static int use_layout(struct playing *playing, const char *path, struct diag *diag)
+{
+	const struct layout *own = sim_scene_layout(playing->play.scene);
+	struct layout *given = &playing->given;
+	int err = layout_load(given, path, diag);
+	bool same = !err && given->marker_count == own->marker_count && own->actor_count == 1;
+
+	for (uint32_t i = 0; same && i < own->marker_count; i++)
+		same = strcmp(given->markers[i].name, own->markers[i].name) == 0;
+	if (err || same) {
+		playing->play.tracker_rig.layout = given;
+		if (!err)
+			tracker_state_init(&playing->play.state, given);
+		return err;
+	}
+	diag_add(diag, "%s: has other markers than the scene's one actor wears", path);
+	return -EINVAL;
+}
+
 /* The warm-up is played at blob level and not scored. */
 static int begin(struct playing *playing, const struct request *request, struct diag *diag)
 {
@@ -76,6 +98,8 @@ static int begin(struct playing *playing, const struct request *request, struct 
 	int err = sim_play_init(&playing->play, &options, diag);
 	uint64_t first = err ? 0 : shot_at(playing, request->start_s);
 
+	if (!err && request->layout_path)
+		err = use_layout(playing, request->layout_path, diag);
 	if (err)
 		return err;
 	for (uint64_t n = shot_at(playing, fmax(request->start_s - request->warm_up_s, 0));
@@ -178,6 +202,10 @@ int verb_sim_play(const struct verb *verb, int argc, char **argv)
 		 "scene's own)",
 		 .number = &r.face_speed_m_s},
 		{"level", "LEVEL", "blob (default) or pixel", .text = &r.level},
+		{"layout", "FILE",
+		 "what the tracker knows of the markers: a calibrated actor (default: the scene's "
+		 "own)",
+		 .text = &r.layout_path},
 		{"optics", "NAME", "gaussian or tailed (default: the scene's own)",
 		 .text = &r.optics},
 		{"clock", "CLOCK", "virtual, as fast as it goes (default), or real",
