@@ -214,12 +214,14 @@ void predict_motion(const struct tracker_state *state, int64_t now_ns, struct pr
 		const struct label_state *label = &state->labels[i];
 		double age_s = (double)(now_ns - label->seen_ns) * 1e-9;
 
-		if (label->confirmed && !label->doubted && age_s <= RECENT_S) {
-			out->labels[i] = predict_recent(label, age_s);
+		bool recent = label->confirmed && !label->doubted && age_s <= RECENT_S;
+
+		/* without a velocity its neighbours know better where it goes */
+		out->labels[i] = recent && (label->moving || label->kind != LABEL_SKIN)
+					 ? predict_recent(label, age_s)
+					 : predict_stale(label);
+		if (recent)
 			out->fresh[label->frame] = false;
-		} else {
-			out->labels[i] = predict_stale(label);
-		}
 	}
 }
 

@@ -16,9 +16,10 @@
 #define STRANGE_M 0.003    /* disagreement beyond this and a share of the spacing is strange */
 #define FOLLOW_ACCELERATION_M_S2 25.0
 #define FOLLOW_GAP_MAX_S 0.05
-#define JUMP_SHARE 0.5   /* of the distance to the next marker, in one shot */
-#define FOLLOW_SIGMA 2.0 /* from where it is to the next marker, at least */
-#define FOLLOW_SHARE 0.4 /* of the distance to the next marker: no farther from where expected */
+#define JUMP_SHARE 0.5      /* of the distance to the next marker, in one shot */
+#define FOLLOW_SIGMA 2.0    /* from where it is to the next marker, at least */
+#define JUST_BACK_SHARE 0.2 /* ... of one that is only just back */
+#define FOLLOW_SHARE 0.4    /* of the distance to the next marker: no farther from where expected */
 
 static void forget_label(struct label_state *label)
 {
@@ -90,20 +91,53 @@ static void follow_velocity(struct label_state *label, struct vec3 local_m, doub
 	struct vec3 measured = vec3_scale(vec3_sub(local_m, label->local_m), 1 / dt_s);
 	double change_m_s = FOLLOW_ACCELERATION_M_S2 * dt_s;
 	double noise_m_s = hypot(noise_m, label->noise_m) / dt_s;
-	double gain = change_m_s / (change_m_s + noise_m_s);
+	double gain = label->moving ? change_m_s / (change_m_s + noise_m_s) : 1;
 	struct vec3 off = vec3_sub(measured, label->velocity_m_s);
 
 	label->velocity_m_s = vec3_add(label->velocity_m_s, vec3_scale(off, gain));
 }
 
-static void follow(struct label_state *label, struct vec3 local_m, double noise_m, int64_t now_ns)
+static bool was_just_seen(const struct label_state *label, int64_t now_ns)
+{
+	return label->confirmed && !label->doubted &&
+	       (double)(now_ns - label->seen_ns) * 1e-9 < FOLLOW_GAP_MAX_S;
+}
+
+/* What is back moves as its neighbours do. False when too few of them are known to. */
+static bool velocity_of_neighbours(const struct tracker_state *state,
+				   const struct label_state *label, int64_t now_ns,
+				   struct vec3 *velocity_m_s)
+{
+	struct vec3 sum = {0, 0, 0};
+	double weight = 0;
+	int count = 0;
+
+	for (int k = 0; k < label->neighbour_count; k++) {
+		const struct label_state *other = &state->labels[label->neighbours[k].label];
+
+		if (!other->moving || !was_just_seen(other, now_ns))
+			continue;
+		double w = 1 / label->neighbours[k].leaves;
+		sum = vec3_add(sum, vec3_scale(other->velocity_m_s, w * label->neighbours[k].gain));
+		weight += w;
+		count++;
+	}
+	*velocity_m_s = count >= 3 ? vec3_scale(sum, 1 / weight) : (struct vec3){0, 0, 0};
+	return count >= 3;
+}
+
+/* A name that is given anew says nothing yet of how its marker moves. */
+static void follow(const struct tracker_state *state, struct label_state *label,
+		   struct vec3 local_m, double noise_m, bool anew, int64_t now_ns)
 {
 	double dt_s = (double)(now_ns - label->seen_ns) * 1e-9;
 
-	if (label->confirmed && dt_s > 0 && dt_s < FOLLOW_GAP_MAX_S)
+	if (!anew && dt_s > 0 && dt_s < FOLLOW_GAP_MAX_S) {
 		follow_velocity(label, local_m, noise_m, dt_s);
-	else
-		label->velocity_m_s = (struct vec3){0, 0, 0};
+		label->moving = true;
+	} else {
+		label->moving = velocity_of_neighbours(state, label, now_ns, &label->velocity_m_s);
+	}
 	label->local_m = local_m;
 	label->noise_m = noise_m;
 	label->seen_ns = now_ns;
@@ -113,14 +147,17 @@ static void follow(struct label_state *label, struct vec3 local_m, double noise_
 }
 
 /* A name that was not seen for a while, or where its marker was not expected, is given as a new one
- * is. */
-static bool is_followed(const struct labelling *l, const struct label_state *label, uint32_t i)
+ * is. Of one that is only just back the neighbours alone tell where it is: it must lie nearer. */
+static bool is_followed(const struct labelling *l, const struct label_state *label, uint32_t i,
+			int64_t now_ns)
 {
 	const struct prediction *p = &l->predictions.labels[i];
-
 	double off_m = vec3_distance(p->local_m, l->seen_m[i]);
+	double share = p->recent                      ? FOLLOW_SHARE
+		       : was_just_seen(label, now_ns) ? JUST_BACK_SHARE
+						      : 0;
 
-	return label->confirmed && p->recent && off_m < FOLLOW_SHARE * label->spacing_m &&
+	return label->confirmed && off_m < share * label->spacing_m &&
 	       (label->kind != LABEL_SKIN || label->spacing_m - off_m > FOLLOW_SIGMA * p->sigma_m);
 }
 
@@ -148,7 +185,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 		label->steady_since_ns = 0;
 	}
 	struct point *point = &points[l->point_of_label[i]];
-	bool followed = is_followed(l, label, i);
+	bool followed = is_followed(l, label, i, now_ns);
 	if (!followed && !may_confirm(state, l, leftovers, point, i, jumped, now_ns))
 		return;
 	if (point->fix.used_count >= 3) {
@@ -156,7 +193,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 		label->offset_m = vec3_sub(l->seen_m[i], told_m);
 	}
 	label->named_s = followed ? label->named_s + dt_s : 0;
-	follow(label, l->seen_m[i], fix_noise_m(&point->fix), now_ns);
+	follow(state, label, l->seen_m[i], fix_noise_m(&point->fix), !followed, now_ns);
 	label->camera_mask = point->fix.used_mask;
 	point->label = (int16_t)i;
 }

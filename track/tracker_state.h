@@ -62,6 +62,7 @@ struct label_state {
 	bool doubted;         /* its last sight may have been another's: its neighbours place it */
 	struct vec3 local_m;  /* where it was last seen */
 	struct vec3 filled_m; /* where the last shot had it, seen or filled in */
+	bool moving;          /* its velocity is known: it was seen twice in a row */
 	struct vec3 velocity_m_s;
 	double noise_m;       /* of that place, per axis, as triangulated */
 	struct vec3 offset_m; /* from where the neighbours told, when three cameras last saw it */
