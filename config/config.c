@@ -177,16 +177,13 @@ static void check_doubled(struct yaml *yaml, const struct config *config,
 	}
 }
 
-static void read_camera(struct yaml *yaml, const struct yaml_value *value, struct config *config)
+static void read_camera(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
+	struct config *config = target;
 	struct yaml_place places[CAMERA_KEYS_SEEN];
 	struct config_camera camera = {.line = value->place.line, .column = value->place.column};
 	char part[YAML_FIELD_BYTES + 16];
 
-	if (config->camera_count == CAMERA_MAX) {
-		yaml_complain(yaml, value->place, value->field, "more than %d cameras", CAMERA_MAX);
-		return;
-	}
 	memset(places, 0, sizeof(places));
 	yaml_read_mapping(yaml, value, camera_keys, &camera, places);
 	snprintf(part, sizeof(part), "%s.address", value->field);
@@ -203,15 +200,9 @@ static void read_camera(struct yaml *yaml, const struct yaml_value *value, struc
 
 static void read_cameras(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
-	struct config *config = target;
-	struct yaml_value item;
-	char field[YAML_FIELD_BYTES];
-	void *iterator = NULL;
-	int index = -1;
+	int count = yaml_read_list(yaml, value, CAMERA_MAX, "cameras", read_camera, target);
 
-	while (yaml_next_item(yaml, value, &iterator, &index, &item, field) && index <= CAMERA_MAX)
-		read_camera(yaml, &item, config);
-	if (index < 0 && fy_node_is_sequence(value->node))
+	if (count == 0 && fy_node_is_sequence(value->node))
 		yaml_complain(yaml, value->place, value->field, "no camera in the list");
 }
 

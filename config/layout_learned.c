@@ -68,29 +68,23 @@ static void read_covariance(struct yaml *yaml, const struct yaml_value *value, v
 	memcpy(l->cov_m2, c, sizeof(c));
 }
 
-static void read_neighbours(struct yaml *yaml, const struct yaml_value *value, void *target)
+static void read_neighbour(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
 	struct learned_reading *r = target;
-	struct yaml_value item;
-	char field[YAML_FIELD_BYTES];
-	void *iterator = NULL;
-	int index = -1;
+	struct neighbour_entry entry = {0};
+	struct yaml_place places[2] = {0};
+	int index = r->learned.neighbour_count;
 
-	while (yaml_next_item(yaml, value, &iterator, &index, &item, field)) {
-		struct neighbour_entry entry = {0};
-		struct yaml_place places[2] = {0};
+	yaml_read_mapping(yaml, value, neighbour_keys, &entry, places);
+	memcpy(r->names.names[index], entry.name, sizeof(entry.name));
+	r->names.places[index] = places[0];
+	r->learned.neighbours[index].spread_m = entry.spread_m;
+	r->learned.neighbour_count = r->names.count = index + 1;
+}
 
-		if (index == LEARNED_NEIGHBOUR_MAX) {
-			yaml_complain(yaml, item.place, item.field, "more than %d neighbours",
-				      LEARNED_NEIGHBOUR_MAX);
-			return;
-		}
-		yaml_read_mapping(yaml, &item, neighbour_keys, &entry, places);
-		memcpy(r->names.names[index], entry.name, sizeof(entry.name));
-		r->names.places[index] = places[0];
-		r->learned.neighbours[index].spread_m = entry.spread_m;
-		r->learned.neighbour_count = r->names.count = index + 1;
-	}
+static void read_neighbours(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	yaml_read_list(yaml, value, LEARNED_NEIGHBOUR_MAX, "neighbours", read_neighbour, target);
 }
 
 #define AT(member) offsetof(struct learned_reading, learned.member)

@@ -24,20 +24,16 @@ static const struct yaml_key area_keys[] = {
 	{0},
 };
 
+static void read_area(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	struct mask *mask = target;
+
+	yaml_read_mapping(yaml, value, area_keys, &mask->areas[mask->area_count++], NULL);
+}
+
 void mask_read(struct yaml *yaml, const struct yaml_value *value, struct mask *mask)
 {
-	struct yaml_value item;
-	char field[YAML_FIELD_BYTES];
-	void *iterator = NULL;
-	int index = -1;
-
-	while (yaml_next_item(yaml, value, &iterator, &index, &item, field)) {
-		if (index == MASK_AREA_MAX) {
-			yaml_complain(yaml, item.place, field, "more than %d areas", MASK_AREA_MAX);
-			return;
-		}
-		yaml_read_mapping(yaml, &item, area_keys, &mask->areas[mask->area_count++], NULL);
-	}
+	yaml_read_list(yaml, value, MASK_AREA_MAX, "areas", read_area, mask);
 }
 
 static void read_areas(struct yaml *yaml, const struct yaml_value *value, void *target)
@@ -60,14 +56,11 @@ static struct mask *find_mask(struct masks *masks, const char *camera)
 	return NULL;
 }
 
-static void read_camera(struct yaml *yaml, const struct yaml_value *value, struct masks *masks)
+static void read_camera(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
+	struct masks *masks = target;
 	struct named_mask camera = {0};
 
-	if (masks->count == CAMERA_MAX) {
-		yaml_complain(yaml, value->place, value->field, "more than %d cameras", CAMERA_MAX);
-		return;
-	}
 	yaml_read_mapping(yaml, value, camera_keys, &camera, NULL);
 	if (*camera.camera && find_mask(masks, camera.camera))
 		yaml_complain(yaml, value->place, value->field, "camera %s was there before",
@@ -77,13 +70,7 @@ static void read_camera(struct yaml *yaml, const struct yaml_value *value, struc
 
 static void read_cameras(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
-	struct yaml_value item;
-	char field[YAML_FIELD_BYTES];
-	void *iterator = NULL;
-	int index = -1;
-
-	while (yaml_next_item(yaml, value, &iterator, &index, &item, field) && index <= CAMERA_MAX)
-		read_camera(yaml, &item, target);
+	yaml_read_list(yaml, value, CAMERA_MAX, "cameras", read_camera, target);
 }
 
 static const struct yaml_key file_keys[] = {

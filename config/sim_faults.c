@@ -43,30 +43,24 @@ static const struct yaml_key fault_keys[] = {
 	{0},
 };
 
+static void read_fault(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	struct sim_faults *faults = target;
+	struct sim_fault fault = {.kind = -1,
+				  .every = 1,
+				  .delay_ms = 40,
+				  .angle_mrad = 0.2,
+				  .step_ms = 5,
+				  .line = value->place.line,
+				  .column = value->place.column};
+
+	yaml_read_mapping(yaml, value, fault_keys, &fault, NULL);
+	faults->faults[faults->count++] = fault;
+}
+
 void sim_faults_read(struct yaml *yaml, const struct yaml_value *value, struct sim_faults *faults)
 {
-	struct yaml_value item;
-	char field[YAML_FIELD_BYTES];
-	void *iterator = NULL;
-	int index = -1;
-
-	while (yaml_next_item(yaml, value, &iterator, &index, &item, field)) {
-		struct sim_fault fault = {.kind = -1,
-					  .every = 1,
-					  .delay_ms = 40,
-					  .angle_mrad = 0.2,
-					  .step_ms = 5,
-					  .line = item.place.line,
-					  .column = item.place.column};
-
-		if (faults->count == SIM_FAULT_MAX) {
-			yaml_complain(yaml, item.place, field, "more than %d faults",
-				      SIM_FAULT_MAX);
-			return;
-		}
-		yaml_read_mapping(yaml, &item, fault_keys, &fault, NULL);
-		faults->faults[faults->count++] = fault;
-	}
+	yaml_read_list(yaml, value, SIM_FAULT_MAX, "faults", read_fault, faults);
 }
 
 static const struct config_camera *find_camera(const struct config_camera *cameras, uint32_t count,

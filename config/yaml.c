@@ -333,6 +333,25 @@ bool yaml_next_item(struct yaml *yaml, const struct yaml_value *sequence, void *
 	return true;
 }
 
+int yaml_read_list(struct yaml *yaml, const struct yaml_value *list, int max, const char *what,
+		   void (*read)(struct yaml *yaml, const struct yaml_value *item, void *target),
+		   void *target)
+{
+	struct yaml_value item;
+	char field[YAML_FIELD_BYTES];
+	void *iterator = NULL;
+	int index = -1;
+
+	while (yaml_next_item(yaml, list, &iterator, &index, &item, field)) {
+		if (index == max) {
+			yaml_complain(yaml, item.place, field, "more than %d %s", max, what);
+			return max;
+		}
+		read(yaml, &item, target);
+	}
+	return index + 1;
+}
+
 bool yaml_read_numbers(struct yaml *yaml, const struct yaml_value *value,
 		       const struct yaml_key *key, double *numbers, int count)
 {

@@ -82,6 +82,12 @@ void yaml_read_scalar(struct yaml *yaml, const struct yaml_value *value, const s
 bool yaml_read_numbers(struct yaml *yaml, const struct yaml_value *value,
 		       const struct yaml_key *key, double *numbers, int count);
 
+/* Hands each item of a list to `read`, of which there may be `max`; one more is the message "more
+ * than MAX WHAT" and the end. Returns how many there were, at most max. */
+int yaml_read_list(struct yaml *yaml, const struct yaml_value *list, int max, const char *what,
+		   void (*read)(struct yaml *yaml, const struct yaml_value *item, void *target),
+		   void *target);
+
 #define YAML_FIELD_BYTES 160
 
 /* Steps through a sequence; false at its end or, with a message, when it is none. Start with

@@ -45,9 +45,9 @@ static const struct yaml_key actor_keys[] = {
 
 _Static_assert(sizeof(actor_keys) / sizeof(*actor_keys) <= SCENE_KEYS_MAX, "room for places");
 
-static void read_actor(struct yaml *yaml, const struct yaml_value *value,
-		       struct scene_reading *reading)
+static void read_actor(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
+	struct scene_reading *reading = target;
 	uint32_t index = reading->script.actor_count++;
 	struct sim_actor_script *actor = &reading->script.actors[index];
 
@@ -63,18 +63,5 @@ static void read_actor(struct yaml *yaml, const struct yaml_value *value,
 
 void scene_read_actors(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
-	struct scene_reading *reading = target;
-	struct yaml_value item;
-	char field[YAML_FIELD_BYTES];
-	void *iterator = NULL;
-	int index = -1;
-
-	while (yaml_next_item(yaml, value, &iterator, &index, &item, field)) {
-		if (index == SIM_ACTOR_MAX) {
-			yaml_complain(yaml, item.place, field, "more than %d actors",
-				      SIM_ACTOR_MAX);
-			return;
-		}
-		read_actor(yaml, &item, reading);
-	}
+	yaml_read_list(yaml, value, SIM_ACTOR_MAX, "actors", read_actor, target);
 }

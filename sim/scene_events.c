@@ -30,9 +30,9 @@ static const struct yaml_key event_keys[] = {
 
 _Static_assert(sizeof(event_keys) / sizeof(*event_keys) <= SCENE_KEYS_MAX, "room for places");
 
-static void read_event(struct yaml *yaml, const struct yaml_value *value,
-		       struct scene_reading *reading)
+static void read_event(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
+	struct scene_reading *reading = target;
 	uint32_t index = reading->script.event_count++;
 	struct sim_event *event = &reading->script.events[index];
 
@@ -43,18 +43,5 @@ static void read_event(struct yaml *yaml, const struct yaml_value *value,
 
 void scene_read_events(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
-	struct scene_reading *reading = target;
-	struct yaml_value item;
-	char field[YAML_FIELD_BYTES];
-	void *iterator = NULL;
-	int index = -1;
-
-	while (yaml_next_item(yaml, value, &iterator, &index, &item, field)) {
-		if (index == SIM_EVENT_MAX) {
-			yaml_complain(yaml, item.place, field, "more than %d events",
-				      SIM_EVENT_MAX);
-			return;
-		}
-		read_event(yaml, &item, reading);
-	}
+	yaml_read_list(yaml, value, SIM_EVENT_MAX, "events", read_event, target);
 }
