@@ -74,22 +74,36 @@ static bool is_glow(const struct spot *spot, const struct spot_scene *scene, con
 		(float)(spot->peak - spot->level) < 3 * sigma);
 }
 
-/* Variance of the (I - T) moment: each pixel's noise, times its lever. */
-static float moment_variance(const struct spot *spot, const struct spot_scene *scene,
-			     const struct fit *fit)
+/* Noise of the pixels [x0, x1) of a row above the level, each times its lever. */
+static float row_noise(const struct spot_scene *scene, const struct fit *fit, int y, int x0, int x1,
+		       int level)
 {
-	float sum = 0;
+	float dy = (float)y - fit->y_px, sum = 0;
 
-	for (uint32_t r = spot->first_run; r != RUN_NONE; r = scene->runs[r].next)
-		for (int x = scene->runs[r].x0; x < scene->runs[r].x1; x++) {
-			int y = scene->runs[r].y;
-			float dx = (float)x - fit->x_px, dy = (float)y - fit->y_px;
-			float over = (float)value_at(scene->image, x, y) - fit->background.value;
+	for (int x = x0; x < x1; x++) {
+		float dx = (float)x - fit->x_px;
+		float over = (float)value_at(scene->image, x, y) - fit->background.value;
 
+		if (value_at(scene->image, x, y) > level)
 			sum += (dx * dx + dy * dy) *
 			       (fit->kernel.noise_variance +
 				at_least(over, 0) / fit->kernel.electrons_per_grey);
-		}
+	}
+	return sum;
+}
+
+/* Variance of the (I - T) moment. */
+static float moment_variance(const struct spot *spot, const struct spot_scene *scene,
+			     const struct fit *fit)
+{
+	const struct run *runs = scene->runs;
+	float sum = 0;
+
+	for (uint32_t r = spot->first_run; r != RUN_NONE; r = runs[r].next)
+		sum += row_noise(scene, fit, runs[r].y, runs[r].x0, runs[r].x1, -1);
+	if (spot->first_run == RUN_NONE)
+		for (int y = spot->y0; y < spot->y1; y++)
+			sum += row_noise(scene, fit, y, spot->x0, spot->x1, spot->level);
 	return sum / (2 * (float)spot->w * (float)spot->w);
 }
 

@@ -7,7 +7,6 @@
 void run_table_reset(struct run_table *table)
 {
 	table->run_count = table->runs_lost = table->spot_count = table->spots_lost = 0;
-	table->patch_first = RUN_MAX;
 	run_table_start(table);
 }
 
@@ -135,7 +134,7 @@ static void add_run(struct run_table *table, int y, int x0, int x1, uint8_t leve
 	uint32_t r = table->run_count, spot;
 	struct run *run = &table->runs[r];
 
-	if (r == table->patch_first) {
+	if (r == RUN_MAX) {
 		table->runs_lost++;
 		return;
 	}

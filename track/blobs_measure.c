@@ -128,7 +128,7 @@ bool measurer_step(struct measurer *measurer, int row_read)
 	}
 	if (!(spot->clear_px > 0))
 		spot_sum(spot, measurer->table->runs, measurer->scene.image);
-	if (spot_is_suspect(spot))
+	if (spot_is_suspect(spot) && !spot_is_surely_one(spot, measurer->scene.image))
 		measurer->suspects[measurer->suspect_count++] = s;
 	else
 		measure(measurer, s);

@@ -121,11 +121,11 @@ struct area_sums {
 
 /* A connected set of runs. w, wx, wy are sums over the weights I - level, about pixel (x0, y0). */
 struct spot {
-	uint32_t parent; /* itself, or the older spot that it grew into */
-	uint32_t first_run, last_run;
-	int x0, x1, y0, y1; /* half open */
-	int level;          /* highest threshold of its runs */
-	int area_px2;       /* 0: taken apart or thrown away */
+	uint32_t parent;              /* itself, or the older spot that it grew into */
+	uint32_t first_run, last_run; /* RUN_NONE: one run in each row, the pixels above level */
+	int x0, x1, y0, y1;           /* half open */
+	int level;                    /* highest threshold of its runs */
+	int area_px2;                 /* 0: taken apart or thrown away */
 	int peak;
 	bool merged;
 	float clear_px; /* around the middle; 0 = not yet looked for, and not yet summed */
@@ -136,7 +136,6 @@ struct spot {
 
 struct run_table {
 	uint32_t run_count, runs_lost;
-	uint32_t patch_first; /* runs of patches stand from here to the end of the table */
 	uint32_t spot_count, spots_lost;
 	int row_y;          /* of the last run joined */
 	uint32_t row_first; /* its row's first run */
@@ -162,8 +161,7 @@ bool run_table_add_patch(struct run_table *table, const struct grey_image *image
 			 uint8_t level, struct feed *feed);
 
 /* Whether the spot is surely one above this level; false: it must be looked at. */
-bool spot_is_whole(const struct spot *spot, const struct grey_image *image, int level,
-		   struct feed *feed);
+bool spot_is_whole(const struct spot *spot, const struct grey_image *image, int level);
 
 void spot_add_area(struct area_sums *sums, int64_t y, int64_t x0, int64_t x1);
 void spot_area_moments(struct spot *spot);
@@ -248,6 +246,10 @@ bool spot_finish(const struct spot *spot, const struct spot_scene *scene, struct
 
 /* Whether a summed spot may be several, or the edge of a glow. */
 bool spot_is_suspect(const struct spot *spot);
+
+/* Whether no level of those that would be tried parts it, as a look at the pixels in the spot's
+ * box tells; false: it must be tried. */
+bool spot_is_surely_one(const struct spot *spot, const struct grey_image *image);
 
 /* Replaces spot s by what stands out of it, appended to the table and summed; or throws it away
  * when it is large and dim and nothing does. Leaves it when it is one spot after all. Returns

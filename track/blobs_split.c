@@ -149,18 +149,32 @@ static int try_level(struct run_table *table, uint32_t s, const struct spot_scen
 	return 0;
 }
 
+/* The k-th level at which a spot is tried. */
+static int level_at(const struct spot *spot, int k)
+{
+	return spot->level + (spot->peak - spot->level) * k / LEVEL_COUNT;
+}
+
+bool spot_is_surely_one(const struct spot *spot, const struct grey_image *image)
+{
+	for (int k = 1; k < LEVEL_COUNT; k++)
+		if (level_at(spot, k) != spot->level &&
+		    !spot_is_whole(spot, image, level_at(spot, k)))
+			return false;
+	return true;
+}
+
 static bool split_merged(struct run_table *table, uint32_t s, const struct spot_scene *scene)
 {
 	const struct spot *spot = &table->spots[s];
-	int height = spot->peak - spot->level, last = spot->level;
+	float share = PROMINENCE_SHARE * (float)(spot->peak - spot->level);
 	uint32_t first = table->spot_count;
 
 	for (int k = 1; k < LEVEL_COUNT; k++) {
-		int level = spot->level + height * k / LEVEL_COUNT;
-		float prominence = PROMINENCE_SIGMA * noise_at(scene, level);
+		int level = level_at(spot, k);
+		float prominence = fmaxf(PROMINENCE_SIGMA * noise_at(scene, level), share);
 
-		prominence = fmaxf(prominence, PROMINENCE_SHARE * (float)height);
-		if (level == last || spot_is_whole(spot, scene->image, level, scene->feed) ||
+		if (level == spot->level || spot_is_whole(spot, scene->image, level) ||
 		    !try_level(table, s, scene, level, prominence, 2))
 			continue;
 		table->spots[s].area_px2 = 0;
@@ -201,14 +215,37 @@ static bool split_large(struct run_table *table, uint32_t s, const struct spot_s
 	return !spot->area_px2;
 }
 
+/* The runs of a spot that came the short way: a spot without holes, alone in its box. */
+static void trace_runs(struct run_table *table, struct spot *spot, const struct grey_image *image)
+{
+	spot->first_run = table->run_count;
+	for (int y = spot->y0; y < spot->y1; y++) {
+		const uint8_t *row = image->pixels + (ptrdiff_t)y * image->stride_bytes;
+		struct run *run = &table->runs[table->run_count++];
+		int x0 = spot->x0, x1 = spot->x1;
+
+		while (row[x0] <= spot->level)
+			x0++;
+		while (row[x1 - 1] <= spot->level)
+			x1--;
+		*run = (struct run){(uint16_t)y,          (uint16_t)x0, (uint16_t)x1,
+				    (uint8_t)spot->level, SPOT_NONE,    table->run_count};
+	}
+	spot->last_run = table->run_count - 1;
+	table->runs[spot->last_run].next = RUN_NONE;
+}
+
 bool spot_split(struct run_table *table, uint32_t s, const struct spot_scene *scene)
 {
 	struct spot *spot = &table->spots[s];
 
-	if (table->patch_first - table->run_count < RUNS_SPARE) {
+	if (RUN_MAX - table->run_count < RUNS_SPARE) {
 		spot->area_px2 = 0;
 		return false;
 	}
-	spot->first_run = sort_runs(table->runs, spot->first_run);
+	if (spot->first_run == RUN_NONE)
+		trace_runs(table, spot, scene->image);
+	else
+		spot->first_run = sort_runs(table->runs, spot->first_run);
 	return !(is_large(spot) ? split_large(table, s, scene) : split_merged(table, s, scene));
 }

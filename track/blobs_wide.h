@@ -34,4 +34,5 @@
 #define spot_sum spot_sum_wide
 #define window_around window_around_wide
 #define window_newton window_newton_wide
+#define spot_is_surely_one spot_is_surely_one_wide
 #define spot_is_whole spot_is_whole_wide
