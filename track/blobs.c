@@ -31,13 +31,9 @@ int blob_finder_create(struct blob_finder **out, int width_px, int height_px,
 	finder->group_count = (int)groups;
 	finder->run = blob_run_best();
 	finder->coarse = calloc(groups, CELL_PX);
-	finder->cells = calloc(groups, GROUP_PX);
-	finder->cells_y = calloc(groups, sizeof(*finder->cells_y));
-	finder->long_way_y = calloc(groups, sizeof(*finder->long_way_y));
-	finder->claims = calloc(groups * CLAIM_COUNT, sizeof(*finder->claims));
+	finder->groups = calloc(groups, sizeof(*finder->groups));
 	finder->candidates = calloc(groups * (size_t)height_px + 1, sizeof(*finder->candidates));
-	if (!finder->coarse || !finder->cells || !finder->cells_y || !finder->long_way_y ||
-	    !finder->claims || !finder->candidates ||
+	if (!finder->coarse || !finder->groups || !finder->candidates ||
 	    level_map_init(&finder->map, width_px, height_px))
 		goto fail;
 	*out = finder;
@@ -53,10 +49,7 @@ void blob_finder_destroy(struct blob_finder *finder)
 		return;
 	level_map_finish(&finder->map);
 	free(finder->candidates);
-	free(finder->cells_y);
-	free(finder->long_way_y);
-	free(finder->claims);
-	free(finder->cells);
+	free(finder->groups);
 	free(finder->coarse);
 	free(finder);
 }

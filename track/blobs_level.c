@@ -34,6 +34,8 @@ int level_map_init(struct level_map *map, int width_px, int height_px)
 	memset(map, 0, sizeof(*map));
 	map->x_count = (width_px + GROUP_PX - 1) / GROUP_PX + 1;
 	map->y_count = (height_px + CELL_PX - 1) / CELL_PX;
+	for (int r = 0; r < SURVEY_ROWS; r++)
+		map->survey_y[r] = (2 * r + 1) * map->y_count / (2 * SURVEY_ROWS) * CELL_PX;
 	count = (size_t)map->x_count * (size_t)map->y_count;
 	map->nodes = calloc(count, sizeof(*map->nodes));
 	map->survey = calloc((size_t)map->x_count, SURVEY_ROWS);
@@ -170,7 +172,7 @@ static float uncut_noise(float mean_difference, float background)
 /* Cell row of the survey's row r. */
 static int survey_row(const struct level_map *map, int r)
 {
-	return (2 * r + 1) * map->y_count / (2 * SURVEY_ROWS);
+	return map->survey_y[r] / CELL_PX;
 }
 
 /* Asks for the survey's pixels before they are needed. */
@@ -229,9 +231,9 @@ int level_map_coarse(const struct level_map *map, int y, uint8_t *groups)
 {
 	int below = 0, above, end;
 
-	while (below < SURVEY_ROWS && survey_row(map, below) * CELL_PX <= y)
+	while (below < SURVEY_ROWS && map->survey_y[below] <= y)
 		below++;
-	end = below < SURVEY_ROWS ? survey_row(map, below) * CELL_PX : INT_MAX;
+	end = below < SURVEY_ROWS ? map->survey_y[below] : INT_MAX;
 	above = below > 0 ? below - 1 : 0;
 	below = below < SURVEY_ROWS ? below : SURVEY_ROWS - 1;
 	for (int g = 0; g + 1 < map->x_count; g++) {
@@ -363,7 +365,7 @@ static bool is_flat(const struct level_map *map, int i, int y, float level)
 	const uint8_t *a, *b;
 	float low = level - FLAT, high = level + FLAT;
 
-	while (below < SURVEY_ROWS - 1 && survey_row(map, below) * CELL_PX <= y)
+	while (below < SURVEY_ROWS - 1 && map->survey_y[below] <= y)
 		below++;
 	above = below > 0 ? below - 1 : 0;
 	a = map->survey + above * map->x_count + i;

@@ -59,6 +59,7 @@ struct level_map {
 	const struct grey_image *image; /* during one run, borrowed */
 	uint32_t epoch;                 /* counts images; says only which nodes are known */
 	struct level_node *nodes;       /* [y_count][x_count] */
+	int survey_y[SURVEY_ROWS];      /* top rows of the cell rows surveyed */
 	uint8_t *survey;                /* [SURVEY_ROWS][x_count], backgrounds, rounded */
 	float background_median;
 	float noise_sigma; /* grey values, at background_median, quantisation included */
@@ -102,6 +103,10 @@ size_t blob_scan(const uint8_t *row, int y, const uint8_t *levels, int group_cou
 
 /* Bit b of the result: pixel b of the group is above level[b]. */
 uint64_t blob_mask(const uint8_t *pixels, const uint8_t *level);
+
+/* The same of `row_count` rows, all masks together. */
+uint64_t blob_mask_rows(const uint8_t *pixels, ptrdiff_t stride_bytes, int row_count,
+			const uint8_t *level);
 
 /* Pixels [x0, x1) of row y, all above the level. */
 struct run {
@@ -298,15 +303,22 @@ struct claim {
 	int last_y;
 };
 
+/* What the rows so far have said about a column of groups. */
+struct group_state {
+	struct claim claims[CLAIM_COUNT];
+	int cells_y;             /* cell row that the levels are of */
+	int long_way_y;          /* last row in which the group had runs */
+	int quiet_y;             /* down to here it is known to hold nothing new */
+	uint8_t cells[GROUP_PX]; /* level of each pixel */
+};
+
 struct blob_finder {
 	struct blob_settings settings;
 	int width_px, height_px, group_count;
 	blob_run_fn *run;
 	struct level_map map;
-	uint8_t *coarse, *cells; /* levels of the current rows: per group, per pixel */
-	int *cells_y;            /* cell row that each group's cells are of */
-	int *long_way_y;         /* last row in which a group had runs */
-	struct claim *claims;    /* CLAIM_COUNT of each group */
+	uint8_t *coarse;            /* levels of the current rows, per group */
+	struct group_state *groups; /* [group_count] */
 	size_t candidate_count, candidates_done;
 	struct candidate *candidates; /* room for every group of the image */
 	struct feed feed;

@@ -36,12 +36,11 @@ static size_t scan_tail(struct blob_finder *finder, const struct grey_image *ima
 	return 1;
 }
 
-/* Takes the pixels of spots already found off the mask. */
+/* Takes the pixels of spots already found off the mask; no branches to guess wrong. */
 static uint64_t unclaimed(const struct claim *claims, int y, uint64_t mask)
 {
 	for (int k = 0; k < CLAIM_COUNT; k++)
-		if (y <= claims[k].last_y)
-			mask &= ~claims[k].mask;
+		mask &= ~(claims[k].mask & -(uint64_t)(y <= claims[k].last_y));
 	return mask;
 }
 
@@ -49,7 +48,7 @@ static uint64_t unclaimed(const struct claim *claims, int y, uint64_t mask)
 static void claim(struct blob_finder *finder, int y, int x0, int x1, int last_y)
 {
 	for (int group = (x0 - 1) / GROUP_PX; group <= x1 / GROUP_PX; group++) {
-		struct claim *claims = finder->claims + (ptrdiff_t)group * CLAIM_COUNT;
+		struct claim *claims = finder->groups[group].claims;
 		int from = x0 - 1 - group * GROUP_PX, end = x1 + 1 - group * GROUP_PX;
 		uint64_t mask = ~0ULL << (from > 0 ? from : 0);
 
@@ -67,9 +66,28 @@ static bool can_claim(const struct blob_finder *finder, int y, int x)
 
 	last = last < finder->group_count ? last : finder->group_count - 1;
 	for (int group = first > 0 ? first : 0; group <= last; group++)
-		if (finder->claims[(ptrdiff_t)(group + 1) * CLAIM_COUNT - 1].last_y >= y)
+		if (finder->groups[group].claims[CLAIM_COUNT - 1].last_y >= y)
 			return false;
 	return true;
+}
+
+/* Looks over the group's rows below y for as long as the claims made in row y and the levels hold:
+ * mostly there is nothing else, and the candidates in them need not be looked at one by one. */
+static void look_ahead(struct blob_finder *finder, const struct grey_image *image, int y, int group,
+		       int last_y)
+{
+	struct group_state *state = &finder->groups[group];
+	int cell_end = (y / CELL_PX + 1) * CELL_PX - 1, x = group * GROUP_PX;
+	uint64_t mask;
+
+	last_y = last_y < cell_end ? last_y : cell_end;
+	last_y = last_y < image->height_px ? last_y : image->height_px - 1;
+	if (x + GROUP_PX > image->width_px || last_y <= y)
+		return;
+	mask = blob_mask_rows(image->pixels + (ptrdiff_t)(y + 1) * image->stride_bytes + x,
+			      image->stride_bytes, last_y - y, state->cells);
+	if (!unclaimed(state->claims, last_y, mask))
+		state->quiet_y = last_y;
 }
 
 /* Spots that go the short way, one after another along the row. Returns what is left of the mask.
@@ -77,7 +95,8 @@ static bool can_claim(const struct blob_finder *finder, int y, int x)
 static uint64_t take_patches(struct blob_finder *finder, const struct grey_image *image, int y,
 			     int group, uint64_t mask)
 {
-	const uint8_t *cells = finder->cells + group * GROUP_PX;
+	const struct group_state *state = &finder->groups[group];
+	const uint8_t *cells = state->cells;
 
 	while (mask) {
 		int from = __builtin_ctzll(mask);
@@ -92,34 +111,46 @@ static uint64_t take_patches(struct blob_finder *finder, const struct grey_image
 			break;
 		spot = &finder->table.spots[finder->table.spot_count - 1];
 		claim(finder, y, spot->x0, spot->x1, spot->y1);
-		mask = unclaimed(finder->claims + group * CLAIM_COUNT, y, mask);
+		mask = unclaimed(state->claims, y, mask);
+		if (!mask)
+			look_ahead(finder, image, y, group, spot->y1);
 	}
 	return mask;
 }
 
-/* Candidate i again, against the threshold of its place. */
-static void find_spots(struct blob_finder *finder, const struct grey_image *image, size_t i)
+/* What is bright in a group and new. */
+static void find_new(struct blob_finder *finder, const struct grey_image *image, int y, int group,
+		     uint64_t mask)
 {
-	int y = finder->candidates[i].y, group = finder->candidates[i].group;
-	uint8_t padded[GROUP_PX], *cells = finder->cells + group * GROUP_PX;
-	int x = group * GROUP_PX, cell_y = y / CELL_PX;
-	uint64_t mask;
+	struct group_state *state = &finder->groups[group];
+	bool goes_on =
+		state->long_way_y >= y - 1 || (mask & 1 && group > 0 && state[-1].long_way_y == y);
 
-	if (finder->cells_y[group] != cell_y) {
-		finder->cells_y[group] = cell_y;
-		level_map_cells(&finder->map, cell_y, group, cells);
-	}
-	mask = blob_mask(group_pixels(image, y, x, padded), cells);
-	mask = unclaimed(finder->claims + group * CLAIM_COUNT, y, mask);
-	if (!mask)
-		return;
-	if (finder->long_way_y[group] < y - 1 &&
-	    !(mask & 1 && group > 0 && finder->long_way_y[group - 1] == y))
+	if (!goes_on)
 		mask = take_patches(finder, image, y, group, mask);
 	if (!mask)
 		return;
-	finder->long_way_y[group] = y;
-	run_table_add(&finder->table, y, x, mask, cells);
+	state->long_way_y = y;
+	run_table_add(&finder->table, y, group * GROUP_PX, mask, state->cells);
+}
+
+/* A candidate again, against the threshold of its place. */
+static inline void find_spots(struct blob_finder *finder, const struct grey_image *image,
+			      struct candidate candidate)
+{
+	int y = candidate.y, group = candidate.group;
+	struct group_state *state = &finder->groups[group];
+	uint8_t padded[GROUP_PX];
+	uint64_t mask;
+
+	if (state->cells_y != y / CELL_PX) {
+		state->cells_y = y / CELL_PX;
+		level_map_cells(&finder->map, state->cells_y, group, state->cells);
+	}
+	mask = blob_mask(group_pixels(image, y, group * GROUP_PX, padded), state->cells);
+	mask = unclaimed(state->claims, y, mask);
+	if (mask)
+		find_new(finder, image, y, group, mask);
 }
 
 /* The rows that the scan comes to next. */
@@ -134,23 +165,50 @@ static void feed_from(struct feed *feed, const struct grey_image *image, int y)
 			    : end;
 }
 
+/* Whether row y has brought work into reach. */
+static bool is_due(struct blob_finder *finder, int y)
+{
+	const struct candidate *next = finder->candidates + finder->candidates_done;
+	const struct candidate *end = finder->candidates + finder->candidate_count;
+
+	while (next < end && next->y < y - LAG_ROWS &&
+	       next->y <= finder->groups[next->group].quiet_y)
+		next++;
+	finder->candidates_done = (size_t)(next - finder->candidates);
+	return (next < end && next->y < y - LAG_ROWS) || measurer_is_due(&finder->measurer, y);
+}
+
 /* A share of the work behind the scan, whose front is row y: more when much is waiting. Runs are
  * never left behind, so that spots can rely on MEASURE_LAG_ROWS. */
 static void work(struct blob_finder *finder, const struct grey_image *image, int y)
 {
-	const struct candidate *candidates = finder->candidates;
+	const struct candidate *next = finder->candidates + finder->candidates_done;
+	const struct candidate *end = finder->candidates + finder->candidate_count;
 	uint32_t steps = 1 + (finder->table.spot_count - finder->measurer.next) / 32;
 
 	feed_from(&finder->feed, image, y);
-	while (finder->candidates_done < finder->candidate_count &&
-	       candidates[finder->candidates_done].y < y - LAG_ROWS) {
+	for (; next < end && next->y < y - LAG_ROWS; next++) {
+		if (next->y <= finder->groups[next->group].quiet_y)
+			continue;
 		feed_on(&finder->feed);
-		find_spots(finder, image, finder->candidates_done++);
+		find_spots(finder, image, *next);
 	}
+	finder->candidates_done = (size_t)(next - finder->candidates);
 	while (steps--) {
 		feed_on(&finder->feed);
 		if (!measurer_step(&finder->measurer, y))
 			break;
+	}
+}
+
+static void reset_groups(struct blob_finder *finder)
+{
+	for (int g = 0; g < finder->group_count; g++) {
+		struct group_state *state = &finder->groups[g];
+
+		state->cells_y = state->long_way_y = state->quiet_y = -2;
+		for (int k = 0; k < CLAIM_COUNT; k++)
+			state->claims[k].last_y = -1;
 	}
 }
 
@@ -164,10 +222,7 @@ static void scan_image(struct blob_finder *finder, const struct grey_image *imag
 
 	finder->candidate_count = finder->candidates_done = 0;
 	finder->feed = (struct feed){image->pixels, image->pixels};
-	for (int g = 0; g < finder->group_count; g++)
-		finder->cells_y[g] = finder->long_way_y[g] = -2;
-	for (int k = 0; k < finder->group_count * CLAIM_COUNT; k++)
-		finder->claims[k].last_y = -1;
+	reset_groups(finder);
 	for (int y = 0; y < image->height_px; y++, row += image->stride_bytes) {
 		struct candidate *next = finder->candidates + finder->candidate_count;
 
@@ -179,12 +234,11 @@ static void scan_image(struct blob_finder *finder, const struct grey_image *imag
 		if (whole < finder->group_count)
 			finder->candidate_count += scan_tail(
 				finder, image, y, finder->candidates + finder->candidate_count);
-		if (finder->candidate_count > finder->candidates_done ||
-		    measurer_is_due(&finder->measurer, y))
+		if (is_due(finder, y))
 			work(finder, image, y);
 	}
 	while (finder->candidates_done < finder->candidate_count)
-		find_spots(finder, image, finder->candidates_done++);
+		find_spots(finder, image, finder->candidates[finder->candidates_done++]);
 }
 
 void blob_run(struct blob_finder *finder, const struct grey_image *image, struct blob_set *set)

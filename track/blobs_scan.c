@@ -77,3 +77,13 @@ uint64_t blob_mask(const uint8_t *p, const uint8_t *level)
 	return bright16(p, level) | bright16(p + 16, level + 16) << 16 |
 	       bright16(p + 32, level + 32) << 32 | bright16(p + 48, level + 48) << 48;
 }
+
+uint64_t blob_mask_rows(const uint8_t *p, ptrdiff_t stride_bytes, int row_count,
+			const uint8_t *level)
+{
+	uint64_t mask = 0;
+
+	for (; row_count > 0; row_count--, p += stride_bytes)
+		mask |= blob_mask(p, level);
+	return mask;
+}

@@ -57,10 +57,10 @@ size_t blob_scan(const uint8_t *row, int y, const uint8_t *levels, int group_cou
 	return count + look(row, y, levels, g, group_count, out + count);
 }
 
-/* Bit b: p[b] > level[b]. */
-static uint64_t bright32(const uint8_t *p, const uint8_t *level)
+/* Bit b: v[b] > level[b]. */
+static uint64_t bright32(bytes32 v, const uint8_t *level)
 {
-	bytes32 over = simde_mm256_subs_epu8(load(p), load(level));
+	bytes32 over = simde_mm256_subs_epu8(v, load(level));
 	bytes32 dark = simde_mm256_cmpeq_epi8(over, simde_mm256_setzero_si256());
 
 	return (uint32_t)~simde_mm256_movemask_epi8(dark);
@@ -68,5 +68,18 @@ static uint64_t bright32(const uint8_t *p, const uint8_t *level)
 
 uint64_t blob_mask(const uint8_t *p, const uint8_t *level)
 {
-	return bright32(p, level) | bright32(p + 32, level + 32) << 32;
+	return bright32(load(p), level) | bright32(load(p + 32), level + 32) << 32;
+}
+
+uint64_t blob_mask_rows(const uint8_t *p, ptrdiff_t stride_bytes, int row_count,
+			const uint8_t *level)
+{
+	bytes32 left = load(p), right = load(p + 32);
+
+	while (--row_count > 0) {
+		p += stride_bytes;
+		left = simde_mm256_max_epu8(left, load(p));
+		right = simde_mm256_max_epu8(right, load(p + 32));
+	}
+	return bright32(left, level) | bright32(right, level + 32) << 32;
 }

@@ -6,6 +6,7 @@
 #pragma once
 
 #define blob_mask blob_mask_wide
+#define blob_mask_rows blob_mask_rows_wide
 #define blob_run blob_run_wide
 #define blob_scan blob_scan_wide
 #define level_map_cells level_map_cells_wide

@@ -27,13 +27,12 @@ static inline float8 mul(float8 a, float8 b)
 	return simde_mm256_mul_ps(a, b);
 }
 
-static inline float total(float8 v)
+static inline void totals(float8 a, float8 b, float8 c, float8 d, float out[4])
 {
-	simde__m128 four =
-		simde_mm_add_ps(simde_mm256_castps256_ps128(v), simde_mm256_extractf128_ps(v, 1));
-	simde__m128 pair = simde_mm_add_ps(four, simde_mm_movehl_ps(four, four));
+	float8 v = simde_mm256_hadd_ps(simde_mm256_hadd_ps(a, b), simde_mm256_hadd_ps(c, d));
 
-	return simde_mm_cvtss_f32(simde_mm_add_ss(pair, simde_mm_shuffle_ps(pair, pair, 1)));
+	simde_mm_storeu_ps(out, simde_mm_add_ps(simde_mm256_castps256_ps128(v),
+						simde_mm256_extractf128_ps(v, 1)));
 }
 
 static inline float8 pixels8(const uint8_t *p)
@@ -85,18 +84,21 @@ static inline float8 profile_value(enum kernel_profile profile, float8 u, float8
 	}
 }
 
-/* u times its slope. */
-static inline float8 profile_slope(enum kernel_profile profile, float8 u, float8 u2)
+/* Slope of w(u) times u / t, less what the factor e adds. */
+static inline float8 profile_fall(enum kernel_profile profile, float8 u, float8 u2, float8 t)
 {
 	switch (profile) {
 	case PROFILE_HILL:
-		return all(0);
-	case PROFILE_MESA:
-		return mul(all(4), u);
+		return mul(all(-4), u2);
+	case PROFILE_MESA: {
+		float8 u4 = mul(all(4), u);
+
+		return sub(mul(u4, t), mul(mul(add(all(1), u4), all(4)), u2));
+	}
 	case PROFILE_RING:
-		return u;
+		return sub(mul(u, t), mul(mul(u, all(4)), u2));
 	default:
-		return add(u2, u2);
+		return sub(mul(add(u2, u2), t), mul(mul(u2, all(4)), u2));
 	}
 }
 
@@ -113,47 +115,61 @@ static inline float8 add_pixels(struct sums *sums, enum kernel_profile profile, 
 				float8 dx)
 {
 	float8 u2 = mul(u, u), t = simde_mm256_max_ps(sub(all(1), u2), all(0));
-	float8 value = profile_value(profile, u, u2), st = mul(s, t);
-	float8 wt = mul(value, t), ws = mul(wt, st);
-	float8 fall = sub(mul(profile_slope(profile, u, u2), t), mul(mul(value, all(4)), u2));
+	float8 st = mul(s, t), wt = mul(profile_value(profile, u, u2), t), ws = mul(wt, st);
 
 	sums->x = add(sums->x, mul(ws, dx));
-	sums->slope = add(sums->slope, mul(fall, st));
+	sums->slope = add(sums->slope, mul(profile_fall(profile, u, u2, t), st));
 	sums->noise = add(sums->noise, mul(mul(wt, t), mul(ws, u)));
 	return ws;
 }
 
+/* What every row of the window needs of it. */
+struct lines {
+	float8 value, slope_x, slope_y, qxx, two_qxy, qyy, first_dx;
+};
+
+static inline struct lines lines_of(const struct fit *fit)
+{
+	float8 column = simde_mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7);
+
+	return (struct lines){
+		.value = all(fit->background.value),
+		.slope_x = all(fit->background.slope_x),
+		.slope_y = all(fit->background.slope_y),
+		.qxx = all(fit->kernel.qxx),
+		.two_qxy = all(2 * fit->kernel.qxy),
+		.qyy = all(fit->kernel.qyy),
+		.first_dx = sub(column, all(fit->x_px - (float)fit->window.x0)),
+	};
+}
+
+/* `steps` is a constant where most windows are so narrow: what depends on x alone is then worked
+ * out once. */
 static inline __attribute__((always_inline)) void
 add_window(struct sums *out, const struct grey_image *image, const struct fit *fit,
-	   struct feed *feed, enum kernel_profile profile)
+	   struct feed *feed, enum kernel_profile profile, int steps)
 {
-	const struct window *window = &fit->window;
-	const struct plane *background = &fit->background;
-	const struct kernel *k = &fit->kernel;
-	float x_px = fit->x_px, y_px = fit->y_px;
-	float8 first =
-		sub(simde_mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7), all(x_px - (float)window->x0));
+	const struct lines l = lines_of(fit);
+	const uint8_t *row = row_at(image, fit->window.y0) + fit->window.x0;
 	struct sums sums = {all(0), all(0), all(0), all(0), all(0)};
-	float8 slope_x = all(background->slope_x), qxx = all(k->qxx);
+	float8 dy = all((float)fit->window.y0 - fit->y_px);
 
-	for (int y = window->y0; y < window->y1; y++) {
-		const uint8_t *row = row_at(image, y);
-		float dy = (float)y - y_px;
-		float8 base = all(background->value + background->slope_y * dy), dx = first;
-		float8 across = all(2 * k->qxy * dy), along = all(k->qyy * dy * dy);
+	for (int y = fit->window.y0; y < fit->window.y1; y++, row += image->stride_bytes) {
+		float8 base = add(l.value, mul(l.slope_y, dy)), dx = l.first_dx;
+		float8 across = mul(l.two_qxy, dy), along = mul(mul(l.qyy, dy), dy);
 		float8 row_value = all(0);
 
-		feed_on(feed);
+		if (y & 1)
+			feed_on(feed);
+		for (int i = 0; i < steps; i++, dx = add(dx, all(WINDOW_STEP_PX))) {
+			float8 s = sub(pixels8(row + i * WINDOW_STEP_PX), mul(l.slope_x, dx));
+			float8 u = add(along, add(mul(l.qxx, mul(dx, dx)), mul(across, dx)));
 
-		for (int x = window->x0; x < window->x1; x += WINDOW_STEP_PX) {
-			float8 s = sub(sub(pixels8(row + x), base), mul(slope_x, dx));
-			float8 u = add(along, mul(dx, add(across, mul(qxx, dx))));
-
-			row_value = add(row_value, add_pixels(&sums, profile, s, u, dx));
-			dx = add(dx, all(WINDOW_STEP_PX));
+			row_value = add(row_value, add_pixels(&sums, profile, sub(s, base), u, dx));
 		}
 		sums.value = add(sums.value, row_value);
-		sums.y = add(sums.y, mul(row_value, all(dy)));
+		sums.y = add(sums.y, mul(row_value, dy));
+		dy = add(dy, all(1));
 	}
 	*out = sums;
 }
@@ -163,15 +179,17 @@ add_window(struct sums *out, const struct grey_image *image, const struct fit *f
 static bool solve_step(const struct sums *sums, struct fit *fit)
 {
 	const struct kernel *k = &fit->kernel;
-	float slope = total(sums->value) + total(sums->slope);
 	float det = k->qxx * k->qyy - k->qxy * k->qxy, spread = (k->qxx + k->qyy) / (2 * det);
 	float dark = k->noise_variance * 3.14159f * profile_noise(k->profile) / sqrtf(det);
-	float light = total(sums->noise) / k->electrons_per_grey;
+	float total[4], slope, light;
 
+	totals(add(sums->value, sums->slope), sums->x, sums->y, sums->noise, total);
+	slope = total[0];
+	light = total[3] / k->electrons_per_grey;
 	if (!(slope > 0))
 		return false;
-	fit->dx = total(sums->x) / slope;
-	fit->dy = total(sums->y) / slope;
+	fit->dx = total[1] / slope;
+	fit->dy = total[2] / slope;
 	fit->x_px += fit->dx;
 	fit->y_px += fit->dy;
 	fit->background.value +=
@@ -180,22 +198,34 @@ static bool solve_step(const struct sums *sums, struct fit *fit)
 	return true;
 }
 
+static inline __attribute__((always_inline)) void
+add_profile(struct sums *sums, const struct grey_image *image, const struct fit *fit,
+	    struct feed *feed, enum kernel_profile profile)
+{
+	int steps = (fit->window.x1 - fit->window.x0) / WINDOW_STEP_PX;
+
+	if (steps == 1)
+		add_window(sums, image, fit, feed, profile, 1);
+	else
+		add_window(sums, image, fit, feed, profile, steps);
+}
+
 bool window_newton(const struct grey_image *image, struct fit *fit, struct feed *feed)
 {
 	struct sums sums;
 
 	switch (fit->kernel.profile) {
 	case PROFILE_HILL:
-		add_window(&sums, image, fit, feed, PROFILE_HILL);
+		add_profile(&sums, image, fit, feed, PROFILE_HILL);
 		break;
 	case PROFILE_MESA:
-		add_window(&sums, image, fit, feed, PROFILE_MESA);
+		add_profile(&sums, image, fit, feed, PROFILE_MESA);
 		break;
 	case PROFILE_RING:
-		add_window(&sums, image, fit, feed, PROFILE_RING);
+		add_profile(&sums, image, fit, feed, PROFILE_RING);
 		break;
 	default:
-		add_window(&sums, image, fit, feed, PROFILE_THIN_RING);
+		add_profile(&sums, image, fit, feed, PROFILE_THIN_RING);
 		break;
 	}
 	return solve_step(&sums, fit);
