@@ -122,7 +122,7 @@ static float natural_log(float v)
 	t = (m - 1) / (m + 1);
 	t2 = t * t;
 	return (float)((int32_t)above >> 23) * 0.69314718f +
-	       2 * t * (1 + t2 * (1 / 3.0f + t2 * (0.2f + t2 * (1 / 7.0f + t2 / 9))));
+	       2 * t * (1 + t2 * (1 / 3.0f + t2 * (0.2f + t2 * (1 / 7.0f + t2 * (1 / 9.0f)))));
 }
 
 /* What a spot looks like. */
@@ -184,9 +184,10 @@ static bool make_kernel(const struct spot *spot, const struct shape *shape, floa
 			return false;
 		scale *= clear_px * clear_px / radius2;
 	}
-	kernel->qxx = shape->yy / (4 * det * scale);
-	kernel->qxy = -shape->xy / (4 * det * scale);
-	kernel->qyy = shape->xx / (4 * det * scale);
+	scale = 1 / (4 * det * scale);
+	kernel->qxx = shape->yy * scale;
+	kernel->qxy = -shape->xy * scale;
+	kernel->qyy = shape->xx * scale;
 	kernel->profile = (enum kernel_profile)i;
 	return true;
 }

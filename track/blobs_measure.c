@@ -20,6 +20,8 @@ void measurer_start(struct measurer *measurer, const struct spot_scene *scene,
 	measurer->set = set;
 	measurer->next = measurer->first = 0;
 	measurer->suspect_count = 0;
+	measurer->prepared = SPOT_NONE;
+	measurer->fit_next = 0;
 	measurer->wait_row = 0;
 	set->blob_count = 0;
 	set->blobs_lost = 0;
@@ -67,13 +69,14 @@ static float clearance_px(const struct measurer *measurer, uint32_t s)
 	return sqrtf(least);
 }
 
-/* Keeps the place that the blob is sorted by. */
-static void finish(struct measurer *measurer, const struct spot *spot)
+/* From the window to the blob; keeps the place that it is sorted by. */
+static void finish(struct measurer *measurer, const struct spot *spot, struct fit *fit)
 {
 	struct blob_set *set = measurer->set;
 	struct blob blob;
 
-	if (!spot_finish(spot, &measurer->scene, &measurer->fit, &blob))
+	spot_step(&measurer->scene, fit);
+	if (!spot_finish(spot, &measurer->scene, fit, &blob))
 		return;
 	if (set->blob_count == BLOB_MAX) {
 		set->blobs_lost++;
@@ -84,16 +87,31 @@ static void finish(struct measurer *measurer, const struct spot *spot)
 	set->blobs[set->blob_count++] = blob;
 }
 
-/* From the spot's sums to its blob. */
+static void finish_prepared(struct measurer *measurer)
+{
+	uint32_t s = measurer->prepared;
+
+	measurer->prepared = SPOT_NONE;
+	if (s != SPOT_NONE)
+		finish(measurer, &measurer->table->spots[s],
+		       &measurer->fits[measurer->fit_next ^ 1]);
+}
+
+/* From the spot's sums to its window, one spot ahead of the rest: this is one long chain, in the
+ * waits of which the processor works on the window of the spot before. */
 static void measure(struct measurer *measurer, uint32_t s)
 {
 	const struct spot *spot = &measurer->table->spots[s];
+	uint32_t before = measurer->prepared;
+	struct fit *fit = &measurer->fits[measurer->fit_next];
 
 	spot_prepare(spot, &measurer->scene,
-		     spot->clear_px > 0 ? spot->clear_px : clearance_px(measurer, s),
-		     &measurer->fit);
-	spot_step(&measurer->scene, &measurer->fit);
-	finish(measurer, spot);
+		     spot->clear_px > 0 ? spot->clear_px : clearance_px(measurer, s), fit);
+	measurer->fit_next ^= 1;
+	measurer->prepared = s;
+	if (before != SPOT_NONE)
+		finish(measurer, &measurer->table->spots[before],
+		       &measurer->fits[measurer->fit_next]);
 }
 
 /* The row that must have been read before the spot is whole, its window known, and its background
@@ -161,12 +179,14 @@ void measurer_end(struct measurer *measurer)
 {
 	while (measurer_step(measurer, INT_MAX)) {
 	}
+	finish_prepared(measurer);
 	measurer->first = measurer->table->spot_count;
 	for (uint32_t i = 0; i < measurer->suspect_count; i++) {
 		if (spot_split(measurer->table, measurer->suspects[i], &measurer->scene))
 			measure(measurer, measurer->suspects[i]);
 		while (measurer_step(measurer, INT_MAX)) {
 		}
+		finish_prepared(measurer);
 	}
 	measurer->set->blobs_lost += measurer->table->runs_lost + measurer->table->spots_lost;
 	sort_blobs(measurer);

@@ -269,7 +269,9 @@ struct measurer {
 	uint32_t next;  /* spot to look at */
 	uint32_t first; /* of the spots that were found last: it may have neighbours from here on */
 	int wait_row;   /* nothing to do before this one is read */
-	struct fit fit;
+	uint32_t prepared; /* the spot whose window comes next, or SPOT_NONE; its fit is the last */
+	uint32_t fit_next; /* of the two */
+	struct fit fits[2];
 	uint32_t suspect_count;
 	uint32_t suspects[SPOT_MAX];
 	int top_px[BLOB_MAX], left_px[BLOB_MAX]; /* of each blob, to sort by */

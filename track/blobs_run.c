@@ -5,6 +5,7 @@
 
 #include "track/blobs_parts.h"
 
+#define WORK_ROWS 4 /* the scan goes so far before the work behind it gets a share */
 #define LAG_ROWS (MEASURE_LAG_ROWS - 1) /* thresholds come from pixels up to so far below */
 
 /* The pixels of a group; those of a group cut by the image's border are copied and padded with
@@ -184,7 +185,7 @@ static void work(struct blob_finder *finder, const struct grey_image *image, int
 {
 	const struct candidate *next = finder->candidates + finder->candidates_done;
 	const struct candidate *end = finder->candidates + finder->candidate_count;
-	uint32_t steps = 1 + (finder->table.spot_count - finder->measurer.next) / 32;
+	uint32_t steps = WORK_ROWS + (finder->table.spot_count - finder->measurer.next) / 32;
 
 	feed_from(&finder->feed, image, y);
 	for (; next < end && next->y < y - LAG_ROWS; next++) {
@@ -234,7 +235,7 @@ static void scan_image(struct blob_finder *finder, const struct grey_image *imag
 		if (whole < finder->group_count)
 			finder->candidate_count += scan_tail(
 				finder, image, y, finder->candidates + finder->candidate_count);
-		if (is_due(finder, y))
+		if ((y + 1) % WORK_ROWS == 0 && is_due(finder, y))
 			work(finder, image, y);
 	}
 	while (finder->candidates_done < finder->candidate_count)
