@@ -32,7 +32,7 @@ struct feed {
 	const uint8_t *next, *end; /* bytes not yet asked for */
 };
 
-#define FEED_BYTES 192
+#define FEED_BYTES 320
 #define LINE_BYTES 64
 #define FEED_ROWS 40
 
