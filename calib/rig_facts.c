@@ -31,6 +31,15 @@ static void print_worth(FILE *file, const struct rig_facts *facts)
 	fprintf(file, "  worst_at_m: [%.3f, %.3f, %.3f]\n", worst.x, worst.y, worst.z);
 }
 
+static void print_verdict(FILE *file, const struct verdict *verdict)
+{
+	fprintf(file, "passed: %s\nlimits:\n", verdict->passed ? "true" : "false");
+	for (int i = 0; i < VERDICT_LINES; i++)
+		fprintf(file, "- {of: %s, limit_%s: %g, passed: %s}\n", verdict->lines[i].name,
+			verdict->lines[i].unit, verdict->lines[i].limit,
+			verdict_line_passed(&verdict->lines[i]) ? "true" : "false");
+}
+
 static void print_camera(FILE *file, const struct rig_facts *facts, uint32_t c)
 {
 	const struct observations *o = facts->observations;
@@ -59,6 +68,8 @@ void rig_facts_print(FILE *file, const struct rig_facts *facts, const char *revi
 		solution->view_count);
 	fprintf(file, "corners: %u\noutliers: %u\n", solution->used_count, solution->outlier_count);
 	print_worth(file, facts);
+	if (facts->verdict)
+		print_verdict(file, facts->verdict);
 	fprintf(file, "cameras:\n");
 	for (uint32_t c = 0; c < solution->camera_count; c++)
 		print_camera(file, facts, c);

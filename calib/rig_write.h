@@ -10,6 +10,7 @@
 #include "calib/cross_check.h"
 #include "calib/solve.h"
 #include "calib/uncertainty.h"
+#include "calib/verdict.h"
 
 struct rig_facts {
 	const char *software; /* "stage 0.1.0" */
@@ -18,7 +19,8 @@ struct rig_facts {
 	const struct volume *volume;
 	const struct uncertainty *uncertainty;
 	const struct cross_check *cross_check;
-	struct pose rt_stage_ref; /* takes camera 0's coordinates to the stage's */
+	const struct verdict *verdict; /* NULL: not judged */
+	struct pose rt_stage_ref;      /* takes camera 0's coordinates to the stage's */
 };
 
 /* Makes `dir`, whole or not at all. Before it gets its name it is loaded as the station would, so

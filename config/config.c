@@ -237,6 +237,11 @@ static void read_hd(struct yaml *yaml, const struct yaml_value *value, void *tar
 	plan_read_hd(yaml, value, &reading->config.plan, &reading->plan);
 }
 
+static void read_calibration(struct yaml *yaml, const struct yaml_value *value, void *target)
+{
+	calibration_read(yaml, value, &((struct config *)target)->calibration);
+}
+
 #define PLAN_MICROS(member, low) NUMBER(YAML_MICROS, plan.member, (low), 1e6, "microseconds")
 
 static const struct yaml_key keys[] = {
@@ -258,6 +263,7 @@ static const struct yaml_key keys[] = {
 	{"blobs", YAML_CUSTOM, .read = read_blobs},
 	{"tracking", YAML_CUSTOM, .read = read_tracking},
 	{"sim", YAML_CUSTOM, .read = read_sim},
+	{"calibration", YAML_CUSTOM, .read = read_calibration},
 	{0},
 };
 
@@ -290,6 +296,7 @@ static void set_defaults(struct config *config, const char *path)
 	config->blobs = blob_settings_default();
 	config->tracking = tracker_settings_default();
 	config->plan = plan_unset();
+	config->calibration = calibration_default();
 }
 
 /* Makes a relative path start from the config file's directory. */

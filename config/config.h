@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "base/diag.h"
+#include "config/calibration.h"
 #include "config/sim_faults.h"
 #include "drivers/camera.h"
 #include "drivers/trigger.h"
@@ -46,6 +47,7 @@ struct config {
 	char masks_path[PATH_MAX]; /* "" for none */
 	struct blob_settings blobs;
 	struct tracker_settings tracking;
+	struct calibration calibration;
 	/* only for sim: cameras */
 	char sim_scene[PATH_MAX]; /* a scene's name or file; default "talking" */
 	uint64_t sim_seed;

@@ -29,3 +29,8 @@ int verb_sim_list(const struct verb *verb, int argc, char **argv);
 int verb_sim_play(const struct verb *verb, int argc, char **argv);
 int verb_sim_preview(const struct verb *verb, int argc, char **argv);
 int verb_sim_record(const struct verb *verb, int argc, char **argv);
+int verb_calibrate_board(const struct verb *verb, int argc, char **argv);
+int verb_calibrate_cameras(const struct verb *verb, int argc, char **argv);
+int verb_calibrate_list(const struct verb *verb, int argc, char **argv);
+int verb_calibrate_show(const struct verb *verb, int argc, char **argv);
+int verb_calibrate_rollback(const struct verb *verb, int argc, char **argv);

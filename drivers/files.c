@@ -132,6 +132,11 @@ void files_release(struct camera *base, struct frame *frame)
 	camera->lent = false;
 }
 
+uint64_t files_camera_count(const struct camera *base)
+{
+	return ((const struct files_camera *)base)->table.row_count;
+}
+
 uint64_t files_camera_damaged_count(const struct camera *base)
 {
 	return atomic_load(&((const struct files_camera *)base)->damaged_count);

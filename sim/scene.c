@@ -31,9 +31,12 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	scene->period_ns = llround((double)NS_PER_S / scene->rate_hz);
 	scene->camera_count = scene->script.camera_count;
 	scene->hd_count = scene->script.hd_camera_count;
-	scene->hd_divider = options->hd_divider ? options->hd_divider : DEFAULT_HD_DIVIDER;
+	/* before a board all expose together, as a plan for calibration has it */
+	scene->hd_divider = options->hd_divider   ? options->hd_divider
+			    : scene->script.board ? 1
+						  : DEFAULT_HD_DIVIDER;
 	scene->hd_phase = options->hd_phase % scene->hd_divider;
-	scene->hd_after_ir_ns = options->hd_after_ir_ns;
+	scene->hd_after_ir_ns = scene->script.board ? 0 : options->hd_after_ir_ns;
 	scene->hd_row_ns =
 		options->hd_row_ns ? options->hd_row_ns : llround(1e3 * scene->script.hd_row_us);
 	sim_cameras_init(scene->cameras, scene->camera_count, &scene->script, options->seed);

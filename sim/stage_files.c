@@ -63,6 +63,13 @@ static void print_layout_names(FILE *file, const struct layout *layout)
 	fprintf(file, "]\n");
 }
 
+static void print_board(FILE *file, const struct board *board)
+{
+	fprintf(file, "calibration:\n  board: {squares_x: %d, squares_y: %d, square_m: %.9g, ",
+		board->squares_x, board->squares_y, board->square_m);
+	fprintf(file, "tag_part: %.9g, first_id: %d}\n", board->tag_part, board->first_id);
+}
+
 static void print_config(FILE *file, const struct sim_scene *scene, const char *const *addresses,
 			 const char *extra_yaml)
 {
@@ -70,6 +77,8 @@ static void print_config(FILE *file, const struct sim_scene *scene, const char *
 	print_layout_names(file, &scene->layout);
 	if (scene->hd_count && (scene->hd_divider != 4 || scene->hd_phase != 0))
 		fprintf(file, "hd: {divider: %u, phase: %u}\n", scene->hd_divider, scene->hd_phase);
+	if (scene->script.board)
+		print_board(file, &scene->board.print);
 	if (extra_yaml)
 		fprintf(file, "%s%s", extra_yaml,
 			*extra_yaml && extra_yaml[strlen(extra_yaml) - 1] == '\n' ? "" : "\n");
