@@ -106,7 +106,7 @@ static void print_camera(FILE *file, const struct report_facts *facts, const str
 	const struct observed_camera *camera = &facts->rig->observations->cameras[c];
 	const struct solution *s = facts->rig->solution;
 	const double *focal_px = s->intrinsics + (size_t)c * s->lens_count;
-	double length_m = FRUSTUM_PART * SIZE / sheet->scale, tip[2], at[2];
+	double length_m = FRUSTUM_PART * SIZE / sheet->scale, tip[2], at[4][2];
 	struct pose rt_cam_ref = pose_from_rt(s->rt_cam_ref[c]);
 	struct pose rt_ref_cam = pose_inverse(&rt_cam_ref);
 
@@ -117,9 +117,11 @@ static void print_camera(FILE *file, const struct report_facts *facts, const str
 		double y = (i >= 2 ? 0.5 : -0.5) * camera->height_px / focal_px[1];
 		struct vec3 corner = {length_m * x, length_m * y, length_m};
 
-		place(sheet, to_stage(facts, pose_apply(&rt_ref_cam, corner)), at);
-		fprintf(file, "M%.1f %.1fL%.1f %.1f", tip[0], tip[1], at[0], at[1]);
+		place(sheet, to_stage(facts, pose_apply(&rt_ref_cam, corner)), at[i]);
+		fprintf(file, "M%.1f %.1fL%.1f %.1f", tip[0], tip[1], at[i][0], at[i][1]);
 	}
+	fprintf(file, "M%.1f %.1fL%.1f %.1fL%.1f %.1fL%.1f %.1fz", at[0][0], at[0][1], at[1][0],
+		at[1][1], at[2][0], at[2][1], at[3][0], at[3][1]);
 	fprintf(file, "\"/><circle class=\"tip\" cx=\"%.1f\" cy=\"%.1f\" r=\"3\"/>", tip[0],
 		tip[1]);
 	fprintf(file, "<text x=\"%.1f\" y=\"%.1f\">%s</text>\n", tip[0] + 5, tip[1] - 5,
