@@ -168,6 +168,18 @@ static void all_errors_come_in_one_run(void **state)
 		"1:1: layout: missing\n");
 }
 
+static void a_board_that_cannot_be_is_refused(void **state)
+{
+	(void)state;
+	expect_messages(HEAD CAMERAS "calibration: {board: {squares_x: 11, squares_y: 2, square_m: "
+				     "0.06}}\n",
+			"6:49: calibration.board.squares_y: 2 is out of range, expected a whole "
+			"number from 4 "
+			"to 24 (squares)\n");
+	expect_messages(HEAD CAMERAS "calibration: {board: {squares_x: 11, squares_y: 8}}\n",
+			"6:23: calibration.board.square_m: missing\n");
+}
+
 static void unknown_keys_are_refused_with_a_suggestion(void **state)
 {
 	(void)state;
@@ -182,7 +194,7 @@ static void unknown_keys_are_refused_with_a_suggestion(void **state)
 		"6:1: <<: unknown key; known here: rig, layout, layouts, cameras, trigger, "
 		"rate_hz, "
 		"exposure_us, ir_delay_us, strobe_delay_us, strobe_width_us, strobe_duty_max, hd, "
-		"socket_dir, masks, blobs, tracking, sim\n");
+		"socket_dir, masks, blobs, tracking, sim, calibration\n");
 	expect_messages(HEAD CAMERAS "[a]: 3\n", "6:2: a key must be a plain word\n");
 }
 
@@ -452,6 +464,7 @@ int main(void)
 		cmocka_unit_test(several_actors_have_a_layout_each),
 		cmocka_unit_test(json_is_read_too),
 		cmocka_unit_test(all_errors_come_in_one_run),
+		cmocka_unit_test(a_board_that_cannot_be_is_refused),
 		cmocka_unit_test(unknown_keys_are_refused_with_a_suggestion),
 		cmocka_unit_test(doubled_things_are_named_with_both_lines),
 		cmocka_unit_test(only_plain_decimal_numbers_are_numbers),
