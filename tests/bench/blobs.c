@@ -12,19 +12,7 @@
 #include <string.h>
 
 #include "base/clock.h"
-
-static void print_lines(const json_t *figures)
-{
-	const char *key;
-	json_t *value;
-
-	json_object_foreach((json_t *)figures, key, value)
-	{
-		printf("%-42s ", key);
-		json_dumpf(value, stdout, JSON_REAL_PRECISION(4) | JSON_ENCODE_ANY);
-		putchar('\n');
-	}
-}
+#include "tests/bench/figures.h"
 
 static int usage(int status)
 {
@@ -79,12 +67,6 @@ int main(int argc, char **argv)
 	if (status)
 		fprintf(stderr, "bench-blobs: %s\n", strerror(-status));
 	bench_centroids(&bench);
-	if (json) {
-		json_dumpf(bench.figures, stdout, JSON_REAL_PRECISION(5));
-		putchar('\n');
-	} else {
-		print_lines(bench.figures);
-	}
-	json_decref(bench.figures);
+	print_figures(bench.figures, json);
 	return status != 0;
 }

@@ -16,6 +16,7 @@
 #include "base/clock.h"
 #include "calib/rig_write.h"
 #include "calibration_tool.h"
+#include "tests/bench/figures.h"
 
 #define POSES 100
 #define NOISE_PX 0.1
@@ -233,24 +234,22 @@ static void cover(json_t *figures, int rig_count)
 	put(figures, "one_sigma_coverage_most", (double)within / all);
 }
 
-static int usage(void)
+static int usage(int status)
 {
 	fprintf(stderr, "usage: bench-calibration [--json] [--rigs N] [--seed N] [--no-tool]\n");
-	return 2;
+	return status;
 }
 
 int main(int argc, char **argv)
 {
-	static const struct option OPTIONS[] = {{"json", no_argument, NULL, 'j'},
-						{"rigs", required_argument, NULL, 'r'},
-						{"seed", required_argument, NULL, 's'},
-						{"no-tool", no_argument, NULL, 'n'},
-						{0}};
-	json_t *figures = json_object(), *value;
+	static const struct option OPTIONS[] = {
+		{"json", no_argument, NULL, 'j'},       {"rigs", required_argument, NULL, 'r'},
+		{"seed", required_argument, NULL, 's'}, {"no-tool", no_argument, NULL, 'n'},
+		{"help", no_argument, NULL, 'h'},       {0}};
+	json_t *figures = json_object();
 	bool json = false, with_tool = true;
 	int option, rig_count = 200;
 	uint64_t seed = 1;
-	const char *name;
 
 	while ((option = getopt_long(argc, argv, "", OPTIONS, NULL)) != -1)
 		switch (option) {
@@ -267,20 +266,14 @@ int main(int argc, char **argv)
 			with_tool = false;
 			break;
 		default:
-			return usage();
+			json_decref(figures);
+			return usage(option == 'h' ? 0 : 2);
 		}
 	against_truth(figures, seed, with_tool);
 	time_eleven(figures, seed);
 	look_at_pictures(figures);
 	if (rig_count > 0)
 		cover(figures, rig_count);
-	if (json)
-		json_dumpf(figures, stdout, JSON_REAL_PRECISION(4) | JSON_PRESERVE_ORDER);
-	else
-		json_object_foreach(figures, name, value)
-			printf("%-34s %.4g\n", name, json_real_value(value));
-	if (json)
-		printf("\n");
-	json_decref(figures);
+	print_figures(figures, json);
 	return 0;
 }

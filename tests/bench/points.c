@@ -10,19 +10,7 @@
 #include <stdlib.h>
 
 #include "base/clock.h"
-
-static void print_lines(const json_t *figures)
-{
-	const char *key;
-	json_t *value;
-
-	json_object_foreach((json_t *)figures, key, value)
-	{
-		printf("%-34s ", key);
-		json_dumpf(value, stdout, JSON_REAL_PRECISION(4) | JSON_ENCODE_ANY);
-		putchar('\n');
-	}
-}
+#include "tests/bench/figures.h"
 
 int main(int argc, char **argv)
 {
@@ -51,12 +39,6 @@ int main(int argc, char **argv)
 	bench_fixes(&bench);
 	bench_solve(&bench);
 	bench_still(&bench);
-	if (json) {
-		json_dumpf(bench.figures, stdout, JSON_REAL_PRECISION(5));
-		putchar('\n');
-	} else {
-		print_lines(bench.figures);
-	}
-	json_decref(bench.figures);
+	print_figures(bench.figures, json);
 	return 0;
 }

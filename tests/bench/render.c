@@ -12,6 +12,7 @@
 #include "base/clock.h"
 #include "sim/play.h"
 #include "sim/render.h"
+#include "tests/bench/figures.h"
 
 #define CAMERAS 8
 #define ROUNDS 5
@@ -128,12 +129,12 @@ int main(int argc, char **argv)
 						{0}};
 	uint64_t seed = (uint64_t)clock_now_ns() % 1000000007;
 	json_t *figures = json_object();
-	size_t flags = JSON_INDENT(2);
+	bool json = false;
 	int option;
 
 	while ((option = getopt_long(argc, argv, "", options, NULL)) != -1) {
 		if (option == 'j')
-			flags = 0;
+			json = true;
 		else if (option == 's')
 			seed = strtoull(optarg, NULL, 10);
 		else {
@@ -144,8 +145,6 @@ int main(int argc, char **argv)
 	json_object_set_new(figures, "render_seed", json_integer((json_int_t)seed));
 	int status = bench_images(figures, seed) || bench_blob_level(figures, seed);
 
-	json_dumpf(figures, stdout, JSON_REAL_PRECISION(5) | flags);
-	putchar('\n');
-	json_decref(figures);
+	print_figures(figures, json);
 	return status;
 }
