@@ -15,22 +15,7 @@
 #include "base/file.h"
 #include "calib/observations_file.h"
 #include "calib_wave.h"
-
-static char path[] = "/tmp/calib_observationsXXXXXX";
-
-static int make_file(void **state)
-{
-	(void)state;
-	int fd = mkstemp(path);
-
-	return fd < 0 ? -1 : close(fd);
-}
-
-static int remove_file(void **state)
-{
-	(void)state;
-	return unlink(path);
-}
+#include "one_file.h"
 
 static void what_is_read_is_what_was_written(void **state)
 {
@@ -67,15 +52,6 @@ static void what_is_read_is_what_was_written(void **state)
 	"ir0-000001.png 1 3 0\nir0-000001.png 2 3 0\n"
 #define NINE EIGHT "ir0-000001.png 3 3 0\n"
 
-static void write_text(const char *text, size_t size)
-{
-	FILE *file = fopen(path, "w");
-
-	assert_non_null(file);
-	fwrite(text, 1, size, file);
-	fclose(file);
-}
-
 static void whatever_is_wrong_has_its_line(void **state)
 {
 	(void)state;
@@ -107,7 +83,7 @@ static void whatever_is_wrong_has_its_line(void **state)
 		struct observations read;
 		struct diag diag = {0};
 
-		write_text(cases[i].text, strlen(cases[i].text));
+		write_file(cases[i].text, strlen(cases[i].text));
 		assert_int_equal(observations_read(&read, path, &diag), -EINVAL);
 		if (!strstr(diag.text, cases[i].words))
 			fail_msg("not \"%s\" but %s", cases[i].words, diag.text);
@@ -129,7 +105,7 @@ static void any_byte_may_be_spoilt(void **state)
 		memcpy(spoilt, text, sizeof(text));
 		for (int i = 0; i < 3; i++)
 			spoilt[rng_u32(&rng) % (sizeof(text) - 1)] = (char)rng_u32(&rng);
-		write_text(spoilt, sizeof(text) - 1);
+		write_file(spoilt, sizeof(text) - 1);
 		if (!observations_read(&read, path, NULL)) {
 			assert_in_range(read.view_count, 1, 9);
 			observations_finish(&read);

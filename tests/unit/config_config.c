@@ -14,23 +14,15 @@
 
 #include <cmocka.h>
 
+#include "one_file.h"
+
 #define HEAD "rig: rig\nlayout: face.yaml\n"
 #define CAMERAS                                          \
 	"cameras:\n"                                     \
 	"- {name: ir1, address: 'aravis:192.168.1.7'}\n" \
 	"- {name: ir2, address: 'files:take/ir2'}\n"
 
-static char path[] = "/tmp/config_configXXXXXX";
 static struct config config;
-
-static void write_file(const char *text, size_t size)
-{
-	FILE *file = fopen(path, "w");
-
-	assert_non_null(file);
-	assert_int_equal(fwrite(text, 1, size, file), size);
-	fclose(file);
-}
 
 static int load(const char *text, struct diag *diag)
 {
@@ -38,20 +30,12 @@ static int load(const char *text, struct diag *diag)
 	return config_load(&config, path, diag);
 }
 
-/* Every line of `messages` without the path before it. */
 static void expect_messages(const char *text, const char *messages)
 {
 	struct diag diag = {0};
-	char found[4096] = "", *line, *rest;
 
 	assert_int_equal(load(text, &diag), -EINVAL);
-	assert_non_null(diag.text);
-	for (line = strtok_r(diag.text, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
-		assert_memory_equal(line, path, strlen(path));
-		strcat(strcat(found, line + strlen(path) + 1), "\n");
-	}
-	assert_string_equal(found, messages);
-	diag_finish(&diag);
+	expect_lines(&diag, messages);
 }
 
 static void five_lines_are_a_configuration(void **state)
@@ -440,20 +424,6 @@ static void failure_leaves_the_caller_s_config_alone(void **state)
 	assert_int_equal(config_load(&config, "/tmp", NULL), -EISDIR);
 	assert_int_equal(config_load(&config, "/dev/zero", NULL), -ENOTSUP);
 	assert_int_equal(config.camera_count, 0x5a5a5a5a);
-}
-
-static int make_file(void **state)
-{
-	(void)state;
-	int fd = mkstemp(path);
-
-	return fd < 0 ? -1 : close(fd);
-}
-
-static int remove_file(void **state)
-{
-	(void)state;
-	return unlink(path);
 }
 
 int main(void)

@@ -13,6 +13,8 @@
 
 #include <cmocka.h>
 
+#include "one_file.h"
+
 #define FOUR                                       \
 	"markers:\n"                               \
 	"- {name: a, neutral_m: [0, 0, 0.1]}\n"    \
@@ -20,33 +22,20 @@
 	"- {name: c, neutral_m: [0, 0.02, 0.1]}\n" \
 	"- {name: d, neutral_m: [0.03, 0.03, 0.1], group: band, rigid: true, diameter_m: 0.003}\n"
 
-static char path[] = "/tmp/config_layoutXXXXXX";
 static struct layout layout;
 
 static int load(const char *text, struct diag *diag)
 {
-	FILE *file = fopen(path, "w");
-
-	assert_non_null(file);
-	fputs(text, file);
-	fclose(file);
+	write_file(text, strlen(text));
 	return layout_load(&layout, path, diag);
 }
 
-/* Every line of `messages` without the path before it. */
 static void expect_messages(const char *text, const char *messages)
 {
 	struct diag diag = {0};
-	char found[4096] = "", *line, *rest;
 
 	assert_int_equal(load(text, &diag), -EINVAL);
-	assert_non_null(diag.text);
-	for (line = strtok_r(diag.text, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
-		assert_memory_equal(line, path, strlen(path));
-		strcat(strcat(found, line + strlen(path) + 1), "\n");
-	}
-	assert_string_equal(found, messages);
-	diag_finish(&diag);
+	expect_lines(&diag, messages);
 }
 
 static void a_name_and_a_place_are_enough(void **state)
@@ -225,20 +214,6 @@ static void too_few_and_too_many_markers_are_refused(void **state)
 		sprintf(text + strlen(text), "- {name: m%d, neutral_m: [0.%02d, 0.%02d, 0]}\n", i,
 			i % 100, i / 100);
 	expect_messages(text, "770:4: markers[768]: more than 768 markers\n");
-}
-
-static int make_file(void **state)
-{
-	(void)state;
-	int fd = mkstemp(path);
-
-	return fd < 0 ? -1 : close(fd);
-}
-
-static int remove_file(void **state)
-{
-	(void)state;
-	return unlink(path);
 }
 
 int main(void)

@@ -14,40 +14,28 @@
 
 #include <cmocka.h>
 
+#include "one_file.h"
 #include "sim/scene_find.h"
 
 #define HEAD "title: a test\nseconds: 10\n"
 #define ANNA "actors:\n- {name: anna}\n"
 #define TWO "actors:\n- {name: anna}\n- {name: bert, seat_m: [0.6, -0.6, 1.2]}\n"
 
-static char path[] = "/tmp/sim_scene_fileXXXXXX";
 static struct sim_script script;
 
 static int load(const char *text, struct sim_options options, struct diag *diag)
 {
-	FILE *file = fopen(path, "w");
-
-	assert_non_null(file);
-	fputs(text, file);
-	fclose(file);
+	write_file(text, strlen(text));
 	options.scene = path;
 	return sim_script_load(&script, &options, diag);
 }
 
-/* Every line of `messages` without the path before it. */
 static void expect_messages(const char *text, const char *messages)
 {
 	struct diag diag = {0};
-	char found[4096] = "", *line, *rest;
 
 	assert_int_equal(load(text, (struct sim_options){0}, &diag), -EINVAL);
-	assert_non_null(diag.text);
-	for (line = strtok_r(diag.text, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
-		assert_memory_equal(line, path, strlen(path));
-		strcat(strcat(found, line + strlen(path) + 1), "\n");
-	}
-	assert_string_equal(found, messages);
-	diag_finish(&diag);
+	expect_lines(&diag, messages);
 }
 
 static void expect_good(const char *text)
@@ -335,20 +323,6 @@ static void lists_have_an_end(void **state)
 		sprintf(text + strlen(text), "- {name: a%d, seat_m: [%g, 0, 1.2]}\n", i,
 			0.5 * i - 1.5);
 	expect_messages(text, "11:4: actors[6]: more than 6 actors\n");
-}
-
-static int make_file(void **state)
-{
-	int fd = mkstemp(path);
-
-	(void)state;
-	return fd < 0 ? -1 : close(fd);
-}
-
-static int remove_file(void **state)
-{
-	(void)state;
-	return unlink(path);
 }
 
 int main(void)
