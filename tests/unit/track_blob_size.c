@@ -85,67 +85,88 @@ static void the_diameter_comes_out_whatever_the_brightness(void **state)
 	}
 }
 
-/* Pairs of equal spots, their distance and the direction by chance; those that the finder does not
- * part itself are parted. */
-static void split_pairs(double distance_px, double diameter_px, double *error_px2,
-			double *in_sigmas, int *split_count, int *pair_count)
+/* Pairs of equal spots, one behind the other; their place, direction and brightness by chance. */
+static int place_pairs(struct true_spot *spots, double distance_px, double diameter_px,
+		       struct rng *rng)
 {
-	static struct true_spot spots[512];
-	struct rng rng;
 	int count = 0;
 
-	rng_init(&rng, 3, 3);
 	for (int y = 30; y < HEIGHT - 30; y += PITCH_PX)
 		for (int x = 30; x < WIDTH - 30; x += PITCH_PX) {
-			double angle = 2 * M_PI * rng_uniform(&rng);
+			double angle = 2 * M_PI * rng_uniform(rng);
 			double dx = distance_px / 2 * cos(angle), dy = distance_px / 2 * sin(angle);
-			double middle_x = x + 4 * rng_uniform(&rng);
-			double middle_y = y + 4 * rng_uniform(&rng);
+			double middle_x = x + 4 * rng_uniform(rng);
+			double middle_y = y + 4 * rng_uniform(rng);
 			struct true_spot spot = {middle_x - dx,
 						 middle_y - dy,
 						 diameter_px,
 						 1,
 						 0,
 						 BLUR_PX,
-						 100 + 60 * rng_uniform(&rng)};
+						 100 + 60 * rng_uniform(rng)};
 
 			spots[count++] = spot;
 			spot.x_px += 2 * dx;
 			spot.y_px += 2 * dy;
 			spots[count++] = spot;
 		}
+	return count;
+}
+
+/* Whoever parts them, the finder or blob_split_two(). False when neither does. */
+static bool part_pair(const struct true_spot pair[2], double part_px2, struct blob parts[2])
+{
+	double x = (pair[0].x_px + pair[1].x_px) / 2, y = (pair[0].y_px + pair[1].y_px) / 2;
+	const struct blob *blob = blob_near(&set, x, y);
+
+	if (!blob)
+		return false;
+	if (hypot((double)blob->x_px - x, (double)blob->y_px - y) <= 0.5)
+		return blob_split_two(blob, part_px2, parts);
+	parts[0] = *blob_near(&set, pair[0].x_px, pair[0].y_px);
+	parts[1] = *blob_near(&set, pair[1].x_px, pair[1].y_px);
+	return true;
+}
+
+/* Per axis, to the nearer one of the pair. */
+static double error_px2_of(const struct blob *part, const struct true_spot pair[2])
+{
+	double best = 1e9;
+
+	for (int s = 0; s < 2; s++) {
+		double ex = (double)part->x_px - pair[s].x_px;
+		double ey = (double)part->y_px - pair[s].y_px;
+
+		best = fmin(best, (ex * ex + ey * ey) / 2);
+	}
+	return best;
+}
+
+static void split_pairs(double distance_px, double diameter_px, double *error_px2,
+			double *in_sigmas, int *split_count, int *pair_count)
+{
+	static struct true_spot spots[512];
+	double part_px2 = diameter_px * diameter_px / 16 + BLUR_PX2;
+	struct rng rng;
+
+	rng_init(&rng, 3, 3);
+	int count = place_pairs(spots, distance_px, diameter_px, &rng);
+
 	find(spots, count, 5);
 	*error_px2 = *in_sigmas = 0;
 	*split_count = 0;
 	*pair_count = count / 2;
 	for (int i = 0; i < count; i += 2) {
-		double x = (spots[i].x_px + spots[i + 1].x_px) / 2;
-		double y = (spots[i].y_px + spots[i + 1].y_px) / 2, part_px2;
-		const struct blob *blob = blob_near(&set, x, y);
 		struct blob parts[2] = {0};
 
-		part_px2 = diameter_px * diameter_px / 16 + BLUR_PX2;
-		if (!blob)
+		if (!part_pair(&spots[i], part_px2, parts))
 			continue;
-		if (hypot((double)blob->x_px - x, (double)blob->y_px - y) > 0.5) {
-			/* The finder parted them itself. */
-			parts[0] = *blob_near(&set, spots[i].x_px, spots[i].y_px);
-			parts[1] = *blob_near(&set, spots[i + 1].x_px, spots[i + 1].y_px);
-		} else if (!blob_split_two(blob, part_px2, parts)) {
-			continue;
-		}
 		(*split_count)++;
 		for (int p = 0; p < 2; p++) {
-			double best = 1e9;
+			double error = error_px2_of(&parts[p], &spots[i]);
 
-			for (int s = i; s < i + 2; s++) {
-				double ex = (double)parts[p].x_px - spots[s].x_px;
-				double ey = (double)parts[p].y_px - spots[s].y_px;
-
-				best = fmin(best, (ex * ex + ey * ey) / 2);
-			}
-			*error_px2 += best / 2;
-			*in_sigmas += best / pow((double)parts[p].sigma_px, 2) / 2;
+			*error_px2 += error / 2;
+			*in_sigmas += error / pow((double)parts[p].sigma_px, 2) / 2;
 		}
 	}
 }
