@@ -34,7 +34,7 @@ static const struct run RUNS[] = {
 	 {.lost_share = 0.1, .stray_count = 10},
 	 0,
 	 240},
-	{{.scene = "12-dense-thirty", .seed = 1, .rate_hz = 30, .face_speed_m_s = 0.8},
+	{{.scene = "dense-thirty", .seed = 1, .rate_hz = 30, .face_speed_m_s = 0.8},
 	 {.sigma_px = 0},
 	 0,
 	 120},
