@@ -13,16 +13,11 @@
 #include "ctl/program_drivers.h"
 #include "ctl/snapshot.h"
 
-static const char *format_name(enum pixel_format format)
-{
-	return format == PIXEL_GREY8 ? "grey" : format == PIXEL_RGB8 ? "rgb" : "bayer_rg";
-}
-
 static json_t *mode_json(const char *address, const struct camera_mode *mode)
 {
 	return json_pack("{s:s, s:i, s:i, s:s, s:f, s:I, s:f, s:b}", "address", address, "width_px",
 			 mode->width_px, "height_px", mode->height_px, "format",
-			 format_name(mode->format), "rate_hz",
+			 pixel_format_name(mode->format), "rate_hz",
 			 mode->period_ns > 0 ? 1e9 / (double)mode->period_ns : 0.0, "exposure_ns",
 			 (json_int_t)mode->exposure_ns, "gain_db", mode->gain_db, "triggered",
 			 mode->triggered);

@@ -31,7 +31,7 @@ void snapshot_finish(struct snapshot *snapshot)
 
 static size_t row_bytes(const struct snapshot *snapshot)
 {
-	return (size_t)snapshot->width_px * (snapshot->format == PIXEL_RGB8 ? 3 : 1);
+	return pixel_row_bytes(snapshot->format, snapshot->width_px);
 }
 
 static int find_blobs(struct snapshot *out, const struct frame *frame)
@@ -180,12 +180,9 @@ static int unpack_snapshot(struct snapshot *out, json_t *reply)
 			&out->height_px, "format", &format, "pixels", &pixels, "mid_exposure_ns",
 			&mid_exposure_ns) < 0 ||
 	    out->width_px <= 0 || out->width_px > 65535 || out->height_px <= 0 ||
-	    out->height_px > 65535)
+	    out->height_px > 65535 || pixel_format_by_name(&out->format, format))
 		return -EPROTO;
 	out->mid_exposure_ns = mid_exposure_ns;
-	out->format = strcmp(format, "rgb") == 0        ? PIXEL_RGB8
-		      : strcmp(format, "bayer_rg") == 0 ? PIXEL_BAYER_RG8
-							: PIXEL_GREY8;
 	unpack_blobs(out, json_object_get(reply, "blobs"));
 	return decode_pixels(out, pixels);
 }

@@ -19,11 +19,6 @@ static void count(_Atomic uint64_t *counter, uint64_t more)
 	atomic_fetch_add_explicit(counter, more, memory_order_relaxed);
 }
 
-static int bytes_per_pixel(enum pixel_format format)
-{
-	return format == PIXEL_RGB8 ? 3 : 1;
-}
-
 static bool frame_as_granted(const struct capture *capture, const struct frame *frame)
 {
 	const struct camera_mode *granted = &capture->device.granted;
@@ -54,7 +49,7 @@ static void copy_preview(struct capture *capture, const struct frame *frame,
 			 const struct blob_set *set)
 {
 	struct preview *preview = &capture->preview;
-	size_t row_bytes = (size_t)(frame->width_px * bytes_per_pixel(frame->format));
+	size_t row_bytes = pixel_row_bytes(frame->format, frame->width_px);
 
 	if (row_bytes * (size_t)frame->height_px > preview->capacity_bytes)
 		return;
@@ -185,7 +180,7 @@ static void run_capture(void *argument)
 
 static size_t image_bytes(const struct camera_mode *mode)
 {
-	return (size_t)(mode->width_px * bytes_per_pixel(mode->format)) * (size_t)mode->height_px;
+	return pixel_row_bytes(mode->format, mode->width_px) * (size_t)mode->height_px;
 }
 
 static int init_ir(struct capture *capture, const struct camera_mode *mode,

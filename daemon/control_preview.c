@@ -128,11 +128,8 @@ static char *text_with_pixels(json_t *reply, struct image_bytes image)
 static json_t *image_json(const char *camera, int width_px, int height_px, enum pixel_format format,
 			  int64_t mid_exposure_ns, json_t *blobs)
 {
-	static const char *const formats[] = {
-		[PIXEL_GREY8] = "grey", [PIXEL_RGB8] = "rgb", [PIXEL_BAYER_RG8] = "bayer_rg"};
-
 	return json_pack("{s:s, s:i, s:i, s:s, s:I, s:s, s:o}", "camera", camera, "width_px",
-			 width_px, "height_px", height_px, "format", formats[format],
+			 width_px, "height_px", height_px, "format", pixel_format_name(format),
 			 "mid_exposure_ns", (json_int_t)mid_exposure_ns, "pixels", "", "blobs",
 			 blobs);
 }

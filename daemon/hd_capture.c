@@ -46,10 +46,10 @@ void hd_capture_begin_run(struct hd_capture *hd)
 
 static void copy_rows(struct hd_frame *to, const struct frame *from)
 {
-	size_t row_bytes = (size_t)from->width_px * (from->format == PIXEL_RGB8 ? 3 : 1);
+	size_t row_bytes = pixel_row_bytes(from->format, from->width_px);
 
-	to->size_bytes = row_bytes * (size_t)from->height_px;
-	if (from->stride_bytes == (int)row_bytes) {
+	to->size_bytes = from->size_bytes ? from->size_bytes : row_bytes * (size_t)from->height_px;
+	if (from->size_bytes || from->stride_bytes == (int)row_bytes) {
 		memcpy(to->pixels, from->pixels, to->size_bytes);
 		return;
 	}
@@ -61,7 +61,7 @@ static void copy_rows(struct hd_frame *to, const struct frame *from)
 /* 0 when there is no room. */
 static uint64_t copy_frame(struct hd_pool *pool, const struct frame *from)
 {
-	struct hd_frame *to = hd_pool_claim(pool);
+	struct hd_frame *to = from->size_bytes > pool->slot_bytes ? NULL : hd_pool_claim(pool);
 
 	if (!to)
 		return 0;

@@ -12,18 +12,15 @@
 #include <stdint.h>
 
 #include "base/diag.h"
-
-enum pixel_format {
-	PIXEL_GREY8,
-	PIXEL_RGB8,      /* 3 bytes a pixel */
-	PIXEL_BAYER_RG8, /* R G / G B, 1 byte a pixel */
-};
+#include "drivers/pixel_format.h"
 
 /* One exposure, lent by acquire until release. Pixel (0,0) is the centre of the top-left pixel. */
 struct frame {
 	const uint8_t *pixels; /* the driver's */
 	int width_px, height_px, stride_bytes;
 	enum pixel_format format;
+	int bits;            /* of a grey value: 9 to 16 for PIXEL_GREY16; 0 means 8 */
+	size_t size_bytes;   /* of a PIXEL_MJPEG picture; else 0: rows, stride_bytes apart */
 	uint64_t shot;       /* when the source numbers its shots (a recording), else UINT64_MAX */
 	uint64_t device_seq; /* the device's counter, extended to 64 bits; a gap is a lost frame */
 	int64_t mid_exposure_ns; /* CLOCK_MONOTONIC, middle of the time in which light was collected
@@ -34,14 +31,25 @@ struct frame {
 	void *token;             /* the driver's own, for release */
 };
 
+/* A device's own setting by its own name, for what a mode has no field for. */
+struct camera_control {
+	char name[64];
+	int64_t value;
+};
+
+#define CAMERA_CONTROL_MAX 24
+
 /* Wanted by the caller, then what the device will really do. Zero = the device's own choice. */
 struct camera_mode {
 	int width_px, height_px;
 	enum pixel_format format;
+	int bits;          /* as in struct frame */
 	int64_t period_ns; /* between frames when it runs free */
 	int64_t exposure_ns;
 	double gain_db;
 	bool triggered; /* exposes on a trigger edge, not by its own clock */
+	int control_count;
+	struct camera_control controls[CAMERA_CONTROL_MAX]; /* set last, in this order */
 };
 
 struct camera_info {
@@ -59,7 +67,8 @@ struct camera {
 typedef void camera_found_fn(const struct camera_info *info, void *user);
 
 struct camera_driver {
-	const char *name; /* the part of an address before the colon */
+	const char *name;  /* the part of an address before the colon */
+	bool has_controls; /* else a mode with camera_mode.controls is not handed to it */
 
 	/* Calls `found` for every device it can see now. Returns 0 or a negative errno. */
 	int (*list)(camera_found_fn *found, void *user, struct diag *diag);

@@ -36,6 +36,11 @@ int open_camera_by_config(struct open_camera *out, const struct stage *stage, ui
 	opened.driver = camera_driver_find(drivers, wanted->address, &rest, diag);
 	if (!opened.driver)
 		return -EINVAL;
+	if (wanted->wanted.control_count && !opened.driver->has_controls) {
+		diag_add(diag, "camera %s: the driver %s has no controls: take them out",
+			 wanted->name, opened.driver->name);
+		return -EINVAL;
+	}
 	int err = opened.driver->open(&opened.camera, rest, stage->config.base_dir, diag);
 	if (err)
 		return err;

@@ -93,6 +93,25 @@ static void rows_are_copied_without_their_padding(void **state)
 	hd_pool_release(kept);
 }
 
+static void a_compressed_picture_is_kept_to_its_last_byte(void **state)
+{
+	struct frame frame = frame_of(0, 0);
+
+	(void)state;
+	frame.format = PIXEL_MJPEG;
+	frame.size_bytes = WIDTH + 1;
+	for (int i = 0; i < WIDTH + 2; i++)
+		image[i] = (uint8_t)(i + 1);
+	assert_true(hd_capture_keep(&hd, &frame));
+	const struct hd_frame *kept = hd_pool_hold(&hd.pool, 1);
+	assert_int_equal(kept->size_bytes, WIDTH + 1);
+	for (int i = 0; i <= WIDTH; i++)
+		assert_int_equal(kept->pixels[i], i + 1);
+	hd_pool_release(kept);
+	frame.size_bytes = hd.pool.slot_bytes + 1;
+	assert_false(hd_capture_keep(&hd, &frame));
+}
+
 static void a_frame_is_of_the_shot_nearest_by_the_plan(void **state)
 {
 	const int64_t offs_ns[] = {0, PERIOD_NS / 2 - 1000, -PERIOD_NS / 2 + 1000};
@@ -225,6 +244,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		HD_TEST(rows_are_copied_without_their_padding),
+		HD_TEST(a_compressed_picture_is_kept_to_its_last_byte),
 		HD_TEST(a_frame_is_of_the_shot_nearest_by_the_plan),
 		HD_TEST(a_recording_knows_its_shots_itself),
 		HD_TEST(a_frame_before_the_first_shot_stays_without),
