@@ -35,29 +35,34 @@ static json_t *cost_json(const struct play_report *report)
 			 share(cost->blobs_us, shots), "tracker", share(cost->tracker_us, shots));
 }
 
+static json_t *bin_json(const struct score_bin *bin)
+{
+	return json_pack("{s:I, s:f, s:f, s:f}", "count", (json_int_t)bin->count, "nees_per_axis",
+			 share(bin->nees, bin->count) / 3, "ellipsoid_share",
+			 share((double)bin->inside, bin->count), "rms_mm",
+			 1e3 * sqrt(share(bin->error2_m2, bin->count)));
+}
+
 static json_t *bins_json(const struct score *score)
 {
 	json_t *bins = json_array();
 
 	for (int b = 0; b < SCORE_BINS; b++) {
-		const struct score_bin *bin = &score->bins[b];
+		json_t *bin = bin_json(&score->bins[b]);
 
-		json_array_append_new(bins,
-				      json_pack("{s:i, s:I, s:f, s:f, s:f}", "cameras", b + 2,
-						"count", (json_int_t)bin->count, "nees_per_axis",
-						share(bin->nees, bin->count) / 3, "ellipsoid_share",
-						share((double)bin->inside, bin->count), "rms_mm",
-						1e3 * sqrt(share(bin->error2_m2, bin->count))));
+		json_object_set_new(bin, "cameras", json_integer(b + 2));
+		json_array_append_new(bins, bin);
 	}
 	return bins;
 }
 
 static json_t *wrong_json(const struct score *s)
 {
-	return json_pack("{s:I, s:I, s:I, s:I, s:I}", "wrong", (json_int_t)s->wrong, "swapped",
-			 (json_int_t)s->swapped, "ghosts", (json_int_t)s->ghosts, "unseen",
-			 (json_int_t)s->unseen, "first_wrong_shot",
-			 (json_int_t)s->first_wrong_shot);
+	return json_pack("{s:I, s:I, s:I, s:I, s:I, s:I, s:I}", "wrong", (json_int_t)s->wrong,
+			 "swapped", (json_int_t)s->swapped, "ghosts", (json_int_t)s->ghosts,
+			 "unseen", (json_int_t)s->unseen, "first_wrong_shot",
+			 (json_int_t)s->first_wrong_shot, "sure", (json_int_t)s->sure, "sure_wrong",
+			 (json_int_t)s->sure_wrong);
 }
 
 static json_t *names_json(const struct score *s)
@@ -71,10 +76,11 @@ static json_t *names_json(const struct score *s)
 
 static json_t *places_json(const struct score *s)
 {
-	return json_pack(
-		"{s:f, s:f, s:f, s:o}", "rms_mm", 1e3 * sqrt(share(s->error2_m2, s->measured)),
-		"nees_per_axis", share(s->nees, s->measured) / 3, "head_rms_mm",
-		1e3 * sqrt(share(s->head_error2_m2, s->heads)), "by_cameras", bins_json(s));
+	return json_pack("{s:f, s:f, s:f, s:o, s:o}", "rms_mm",
+			 1e3 * sqrt(share(s->error2_m2, s->measured)), "nees_per_axis",
+			 share(s->nees, s->measured) / 3, "head_rms_mm",
+			 1e3 * sqrt(share(s->head_error2_m2, s->heads)), "by_cameras", bins_json(s),
+			 "predicted", bin_json(&s->predicted));
 }
 
 static json_t *play_json(const struct play_report *report)
@@ -102,19 +108,23 @@ void play_report_print_json(const struct play_report *report)
 	print_json(object);
 }
 
+static void print_bin(const struct score_bin *bin)
+{
+	printf("%" PRIu64 ", %.4f mm, NEES / 3 = %.2f, %.1f %% in their 95 %% ellipsoids\n",
+	       bin->count, 1e3 * sqrt(share(bin->error2_m2, bin->count)),
+	       share(bin->nees, bin->count) / 3, 100 * share((double)bin->inside, bin->count));
+}
+
 static void print_bins(const struct score *s)
 {
-	for (int b = 0; b < SCORE_BINS; b++) {
-		const struct score_bin *bin = &s->bins[b];
-
-		if (bin->count)
-			printf("%-9s by %d%s: %" PRIu64 ", %.4f mm, NEES / 3 = %.2f, %.1f %% in "
-			       "their 95 %% ellipsoids\n",
-			       "cameras", b + 2, b + 1 == SCORE_BINS ? " or more" : "", bin->count,
-			       1e3 * sqrt(share(bin->error2_m2, bin->count)),
-			       share(bin->nees, bin->count) / 3,
-			       100 * share((double)bin->inside, bin->count));
-	}
+	for (int b = 0; b < SCORE_BINS; b++)
+		if (s->bins[b].count) {
+			printf("%-9s by %d%s: ", "cameras", b + 2,
+			       b + 1 == SCORE_BINS ? " or more" : "");
+			print_bin(&s->bins[b]);
+		}
+	printf("%-9s ", "predicted");
+	print_bin(&s->predicted);
 }
 
 void play_report_print_table(const struct play_report *report)
@@ -129,6 +139,8 @@ void play_report_print_table(const struct play_report *report)
 	printf("%-9s %.3f %%\n", "unnamed", 100 * share((double)s->unnamed, s->seen3));
 	printf("%-9s %" PRIu64 ", of those %" PRIu64 " swapped, %" PRIu64 " on ghosts\n", "wrong",
 	       s->wrong, s->swapped, s->ghosts);
+	printf("%-9s %" PRIu64 " names with a confidence from %.2f on, %" PRIu64 " of them wrong\n",
+	       "sure", s->sure, SCORE_SURE, s->sure_wrong);
 	printf("%-9s %" PRIu64 " measured where fewer than two cameras see a marker\n", "unseen",
 	       s->unseen);
 	printf("%-9s %.4f mm, NEES / 3 = %.2f\n", "rms",

@@ -87,16 +87,20 @@ static void count_wrong(struct score *score, enum score_verdict verdict,
 		score->first_wrong_shot = (int64_t)shot;
 }
 
+static void count_in(struct score_bin *bin, double of_sigma, double e2_m2)
+{
+	bin->count++;
+	bin->inside += of_sigma < INSIDE_NEES;
+	bin->nees += of_sigma;
+	bin->error2_m2 += e2_m2;
+}
+
 static void count_error(struct score *score, struct vec3 e, const struct marker *marker)
 {
 	int bin = marker->camera_count < 2 ? 0 : marker->camera_count - 2;
 	double of_sigma = score_nees(e, marker->cov_m2), e2_m2 = vec3_dot(e, e);
-	struct score_bin *in = &score->bins[bin < SCORE_BINS ? bin : SCORE_BINS - 1];
 
-	in->count++;
-	in->inside += of_sigma < INSIDE_NEES;
-	in->nees += of_sigma;
-	in->error2_m2 += e2_m2;
+	count_in(&score->bins[bin < SCORE_BINS ? bin : SCORE_BINS - 1], of_sigma, e2_m2);
 	if (marker->status == MARKER_TWO_CAMERA) {
 		score->two_right++;
 		return;
@@ -117,13 +121,15 @@ static void score_label(struct score *score, const struct sim_truth *truth, uint
 	score->seen3 += views >= 3;
 	if (marker->status < MARKER_TWO_CAMERA) {
 		score->unnamed += views >= 3;
-		score->predicted += marker->status == MARKER_PREDICTED;
-		if (marker->status == MARKER_PREDICTED)
-			score->predicted2_m2 += vec3_dot(e, e);
+		if (marker->status == MARKER_PREDICTED && own->worn)
+			count_in(&score->predicted, score_nees(e, marker->cov_m2), vec3_dot(e, e));
 		return;
 	}
 	enum score_verdict verdict = score_judge(truth, label, marker);
+	bool sure = (double)marker->confidence >= SCORE_SURE;
 
+	score->sure += sure;
+	score->sure_wrong += sure && verdict != SCORE_RIGHT;
 	score->unseen += views < 2;
 	if (verdict != SCORE_RIGHT) {
 		count_wrong(score, verdict, marker, set->shot);

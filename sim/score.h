@@ -10,7 +10,8 @@
 #include "track/observe.h"
 
 #define SCORE_NEAR_M 0.003 /* a marker further than this from its true place is wrong */
-#define SCORE_BINS 4       /* measured by 2, 3, 4 and by 5 or more cameras */
+#define SCORE_SURE 0.99
+#define SCORE_BINS 4 /* measured by 2, 3, 4 and by 5 or more cameras */
 
 /* Right names only: a wrong one says nothing about covariances. */
 struct score_bin {
@@ -32,12 +33,12 @@ struct score {
 	uint64_t measured; /* named, measured, three or more views */
 	uint64_t stray;    /* points without a name that are no true marker */
 	uint64_t two_right, two_wrong;
-	uint64_t predicted;
-	double error2_m2; /* sum over right ones of three or more views */
-	double predicted2_m2;
-	double nees; /* sum over right ones of three or more views */
+	uint64_t sure, sure_wrong; /* names with a confidence of SCORE_SURE or more */
+	double error2_m2;          /* sum over right ones of three or more views */
+	double nees;               /* sum over right ones of three or more views */
 	struct score_bin bins[SCORE_BINS];
-	double head_error2_m2; /* of a point on the face of the first actor */
+	struct score_bin predicted; /* filled in, of markers that are worn */
+	double head_error2_m2;      /* of a point on the face of the first actor */
 	uint64_t heads;
 	int64_t first_named_shot; /* first shot with nine in ten named right; -1 = none yet */
 	int64_t first_wrong_shot; /* number of the first shot with one; -1 = none */

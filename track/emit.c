@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "track/fill.h"
 #include "track/wear.h"
 
 #define MARGIN_MAX 20.0 /* squared sigmas that are still believed */
@@ -60,8 +61,19 @@ static float confidence_of(const struct labelling *l, const struct label_state *
 	return (float)(1 - fmin(other + young, 1));
 }
 
-static void emit_unseen(const struct tracker_state *state, const struct labelling *l, uint32_t i,
-			bool shown, struct marker *out)
+/* A point that may be it stands for it; as long as that is not sure, it may as well be elsewhere.
+ */
+static double take_unsure(const struct labelling *l, uint32_t i, struct filled *filled)
+{
+	struct vec3 off = vec3_sub(l->seen_m[i], filled->local_m);
+
+	filled->local_m = l->seen_m[i];
+	return vec3_dot(off, off) / 3;
+}
+
+static void emit_unseen(const struct tracker_state *state, const struct labelling *l,
+			const struct point *points, uint32_t i, bool shown, int64_t now_ns,
+			struct marker *out)
 {
 	const struct label_state *label = &state->labels[i];
 
@@ -70,9 +82,12 @@ static void emit_unseen(const struct tracker_state *state, const struct labellin
 		out->flags |= MARKER_GONE;
 	if (!shown || label->seen_ns == 0 || wear_is_gone(label))
 		return;
-	double variance_m2 = l->predictions.labels[i].sigma_m * l->predictions.labels[i].sigma_m;
+	struct filled filled = fill_place(state, l, points, i, now_ns);
+	double variance_m2 = filled.sigma_m * filled.sigma_m;
+	if (l->seen[i])
+		variance_m2 += take_unsure(l, i, &filled);
 	out->status = MARKER_PREDICTED;
-	out->p_stage_m = pose_apply(&l->rt_stage_frame[label->frame], label->filled_m);
+	out->p_stage_m = pose_apply(&l->rt_stage_frame[label->frame], filled.local_m);
 	out->cov_m2[0] = out->cov_m2[3] = out->cov_m2[5] = variance_m2;
 }
 
@@ -107,7 +122,8 @@ void emit_markers(struct tracker_state *state, const struct labelling *l,
 	out->markers_lost = 0;
 	state->loose_count = 0;
 	for (uint32_t i = 0; i < state->label_count; i++)
-		emit_unseen(state, l, i, shown[state->labels[i].frame], &out->markers[i]);
+		emit_unseen(state, l, points, i, shown[state->labels[i].frame],
+			    out->mid_exposure_ns, &out->markers[i]);
 	for (uint32_t p = 0; p < point_count; p++) {
 		if (points[p].label == LABEL_NONE)
 			emit_loose(state, &points[p],

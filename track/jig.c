@@ -114,6 +114,7 @@ static void correct(struct tracker_state *state, int actor)
 			continue;
 		label->local_m = pose_apply(&back, label->local_m);
 		label->filled_m = pose_apply(&back, label->filled_m);
+		label->last.local_m = pose_apply(&back, label->last.local_m);
 		if (label->kind != LABEL_SKULL)
 			continue;
 		struct vec3 base_m = pose_apply(&back, label->base_m);

@@ -4,6 +4,7 @@
  */
 #include "track/remember.h"
 
+#include "track/fill.h"
 #include "track/first_names.h"
 #include "track/wear.h"
 
@@ -167,7 +168,6 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 {
 	struct label_state *label = &state->labels[i];
 	struct vec3 told_m;
-	double sigma_m;
 
 	/* What held so far was another point. */
 	bool jumped = l->seen[i] && label->kind == LABEL_SKIN &&
@@ -189,7 +189,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 	if (!followed && !may_confirm(state, l, leftovers, point, i, jumped, now_ns))
 		return;
 	if (point->fix.used_count >= 3) {
-		predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m);
+		predict_told(state, label, l->seen, l->seen_m, &told_m, &label->told_sigma_m);
 		label->offset_m = vec3_sub(l->seen_m[i], told_m);
 	}
 	label->named_s = followed ? label->named_s + dt_s : 0;
@@ -227,6 +227,7 @@ void remember_labels(struct labelling *l, struct tracker_state *state, struct po
 			update_label(state, l, &leftovers, points, i, now_ns, dt_s);
 		else
 			state->labels[i].steady_since_ns = 0;
+	fill_learn(state, l, points, now_ns);
 	learn_motion(state, l, points, anchored, dt_s);
 	wear_learn(state, l, points, anchored, dt_s);
 }

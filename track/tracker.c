@@ -245,6 +245,8 @@ static void remember_frame(struct tracker_state *state, struct tracker_scratch *
 	struct matcher *m = &scratch->matcher;
 
 	head_update(f, &fit->rt_stage_head, now_ns);
+	if (fit->rigid_count >= 3)
+		f->held_ns = now_ns;
 	if ((uint32_t)frame >= state->actor_count) {
 		if (fit->rigid_count < 3) /* one axis was only guessed */
 			f->turn_rate_rad_s = f->velocity_m_s = (struct vec3){0, 0, 0};

@@ -25,6 +25,15 @@ struct neighbour {
 	double both_m2, its_m2; /* sums over time, fading: own times its, and its squared */
 };
 
+/* Where a marker was when it was last seen, or was taken as if it had been lost. */
+struct last_sight {
+	int64_t ns; /* 0 = never */
+	bool moving;
+	struct vec3 local_m, velocity_m_s, offset_m;
+};
+
+#define FILL_AGES 7 /* bins of the time since then */
+
 enum label_kind {
 	LABEL_SKIN,  /* moves with its neighbours */
 	LABEL_SKULL, /* stiff against the head */
@@ -66,12 +75,17 @@ struct label_state {
 	struct vec3 velocity_m_s;
 	double noise_m;       /* of that place, per axis, as triangulated */
 	struct vec3 offset_m; /* from where the neighbours told, when three cameras last saw it */
+	double told_sigma_m;  /* ... and what they claimed */
 	int64_t seen_ns;      /* when it was last measured; 0 = never */
 	uint32_t camera_mask; /* by which cameras */
 	uint8_t peak[CAMERA_MAX]; /* grey value in each camera when it was last alone; 0 = never */
 	double named_s;           /* how long it has had its name */
 	int64_t steady_since_ns;  /* unconfirmed: explained without a break since; 0 = not */
 	int32_t strange_count;    /* shots in a row in which it disagreed with its neighbours */
+
+	/* what it is worth to fill this one in */
+	struct last_sight last;
+	float fill_over1[FILL_AGES]; /* its square error over what it claims, less one */
 };
 
 /* What moves as one: the head of an actor, or a segment of a body. */
@@ -85,6 +99,7 @@ struct frame_state {
 	struct vec3 velocity_m_s;    /* of the frame's origin, stage axes */
 	struct vec3 turn_rate_rad_s; /* stage axes */
 	int64_t seen_ns;             /* when it was last measured */
+	int64_t held_ns;             /* ... by three rigid markers */
 	uint32_t unheld_count;       /* shots in a row without three rigid markers */
 	uint32_t acquire_cursor;     /* where the search for it goes on */
 };

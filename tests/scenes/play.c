@@ -107,8 +107,8 @@ int main(int argc, char **argv)
 	       100.0 * (double)score.unnamed / (double)score.seen3, (unsigned long)score.wrong,
 	       (unsigned long)score.two_right, (unsigned long)score.two_wrong,
 	       (unsigned long)score.stray, 1e3 * sqrt(score.error2_m2 / (double)score.measured),
-	       score.nees / (double)score.measured / 3, (unsigned long)score.predicted,
-	       1e3 * sqrt(score.predicted2_m2 / (double)score.predicted),
+	       score.nees / (double)score.measured / 3, (unsigned long)score.predicted.count,
+	       1e3 * sqrt(score.predicted.error2_m2 / (double)score.predicted.count),
 	       1e3 * sqrt(score.head_error2_m2 / (double)score.heads), (unsigned long)score.heads,
 	       (unsigned long)score.shots, (long)score.first_named_shot, times_us[shots / 2],
 	       times_us[shots * 99 / 100], times_us[shots - 1]);

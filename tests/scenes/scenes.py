@@ -25,9 +25,11 @@ SEED_MAX = 10 ** 6
 BIN_LEAST = 1000        # markers, below which a mean says little
 
 # Least share of right names without and with occluders, wrong ones of those seen, covariances.
-GATES = {"right": (0.999, 0.995), "wrong": 0, "nees_per_axis": (0.8, 1.25), "ellipsoid_share": (0.92, 0.98)}
+GATES = {"right": (0.999, 0.995), "wrong": 0, "nees_per_axis": (0.8, 1.25), "ellipsoid_share": (0.92, 0.98),
+         "predicted_nees_per_axis": 2, "sure_wrong_share": 1e-3}
 # What no seed may miss, however unlucky: a short play is a few events and one start from nothing.
-SHORT_GATES = {"right": (0.97, 0.97), "wrong": 1e-3, "nees_per_axis": (0.7, 1.4), "ellipsoid_share": (0.9, 0.99)}
+SHORT_GATES = {"right": (0.97, 0.97), "wrong": 1e-3, "nees_per_axis": (0.7, 1.4), "ellipsoid_share": (0.9, 0.99),
+               "predicted_nees_per_axis": 4, "sure_wrong_share": 1e-3}
 RIGHT_LEAST_OF = {"dense-thirty": 0.98}
 
 
@@ -122,9 +124,8 @@ def mean(values_and_counts):
     return sum(value * count for value, count in values_and_counts) / whole if whole else 0
 
 
-def pool_bin(scores, index):
-    bins = [score["by_cameras"][index] for score in scores]
-    return {"cameras": bins[0]["cameras"], "count": sum(b["count"] for b in bins),
+def pool(bins):
+    return {"count": sum(b["count"] for b in bins),
             "nees_per_axis": mean([(b["nees_per_axis"], b["count"]) for b in bins]),
             "ellipsoid_share": mean([(b["ellipsoid_share"], b["count"]) for b in bins])}
 
@@ -140,6 +141,11 @@ def find_misses(row, right_least, gates):
             least, most = gates[what]
             if not least <= b[what] <= most:
                 misses.append(f"{what.partition('_')[0]} {b['cameras']}")
+    if row["predicted"]["count"] >= BIN_LEAST and \
+            row["predicted"]["nees_per_axis"] > gates["predicted_nees_per_axis"]:
+        misses.append("predicted")
+    if row["sure_wrong"] > gates["sure_wrong_share"] * row["sure"]:
+        misses.append("sure")
     return misses
 
 
@@ -152,9 +158,11 @@ def judge(key, plays, gates):
             "right_share_mean": mean([(score["right_share"], score["seen_by_three"]) for score in scores]),
             "unnamed_share": mean([(score["unnamed_share"], score["seen_by_three"]) for score in scores]),
             "rms_mm": mean([(score["rms_mm"] ** 2, score["shots"]) for score in scores]) ** 0.5,
-            "by_cameras": [pool_bin(scores, index) for index in range(len(scores[0]["by_cameras"]))]}
+            "by_cameras": [{"cameras": bins[0]["cameras"], **pool(bins)}
+                           for bins in zip(*(score["by_cameras"] for score in scores))],
+            "predicted": pool([score["predicted"] for score in scores])}
     row |= {what: sum(score[what] for score in scores) for what in ("wrong", "swapped", "ghosts", "unseen",
-                                                                "seen_by_three")}
+                                                                "sure", "sure_wrong", "seen_by_three")}
     scene = plays[0].scene
     row["right_least"] = RIGHT_LEAST_OF.get(scene["name"], gates["right"][scene["occluders"]])
     row["misses"] = find_misses(row, row["right_least"], gates)
@@ -170,14 +178,17 @@ def judge_all(plays, gates):
 
 def print_table(rows):
     print(f"{'scene':22} {'level':5} {'renderer':8} {'right %':>8} {'mean':>8} {'unnamed':>7} {'wrong':>5} {'swaps':>5} "
-          f"{'ghosts':>6} {'unseen':>6} {'rms mm':>7}  {'NEES/3 by 2, 3, 4, 5+':23} {'in 95 % ellipsoids':23}  verdict")
+          f"{'ghosts':>6} {'unseen':>6} {'rms mm':>7}  {'NEES/3 by 2, 3, 4, 5+':23} {'in 95 % ellipsoids':23} {'predicted':>11}  verdict")
     for row in rows:
         nees, inside = ("".join(f"{b[what] * scale:5.{digits}f} " if b["count"] >= BIN_LEAST else "    - "
                                 for b in row["by_cameras"])
                         for what, scale, digits in (("nees_per_axis", 1, 2), ("ellipsoid_share", 100, 1)))
+        filled = row["predicted"]
+        predicted = (f"{filled['nees_per_axis']:5.2f} {100 * filled['ellipsoid_share']:5.1f}"
+                     if filled["count"] >= BIN_LEAST else f"{'-':>11}")
         print(f"{row['scene']:22} {row['level']:5} {row['optics']:8} {100 * row['right_share_worst']:8.3f} "
               f"{100 * row['right_share_mean']:8.3f} {100 * row['unnamed_share']:7.3f} {row['wrong']:5} "
-              f"{row['swapped']:5} {row['ghosts']:6} {row['unseen']:6} {row['rms_mm']:7.4f} {nees} {inside} "
+              f"{row['swapped']:5} {row['ghosts']:6} {row['unseen']:6} {row['rms_mm']:7.4f} {nees} {inside} {predicted}  "
               f"{'FAILED: ' + ', '.join(row['misses']) if row['misses'] else 'passed'}")
 
 
