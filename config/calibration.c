@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <stddef.h>
 
+#include "base/clock.h"
 #include "config/yaml.h"
 
 #define FILE_SIZE_MAX (1 << 16)
@@ -67,6 +68,14 @@ static const struct yaml_key keys[] = {
 	 .max = 20, .unit = "pixels"},
 	{"poses_max", YAML_INT, offsetof(struct calibration, poses_max), .min = 8, .max = 1000,
 	 .unit = "poses"},
+	{"poses_min", YAML_INT, offsetof(struct calibration, poses_min), .min = 8, .max = 1000,
+	 .unit = "poses"},
+	{"rate_hz", YAML_DOUBLE, offsetof(struct calibration, rate_hz), .min = 1, .max = 120,
+	 .unit = "hertz"},
+	{"exposure_us", YAML_MICROS, offsetof(struct calibration, exposure_ns), .min = 1,
+	 .max = 1e6, .unit = "microseconds"},
+	{"hd_exposure_us", YAML_MICROS, offsetof(struct calibration, hd_exposure_ns), .min = 1,
+	 .max = 1e6, .unit = "microseconds"},
 	{0},
 };
 
@@ -78,7 +87,10 @@ struct calibration calibration_default(void)
 					       .uncertainty_mm = 0.3,
 					       .worst_mm = 1.0},
 				    .blur_max_px = 2,
-				    .poses_max = 100};
+				    .poses_max = 100,
+				    .poses_min = 40,
+				    .rate_hz = 12,
+				    .exposure_ns = 2 * NS_PER_MS};
 }
 
 void calibration_read(struct yaml *yaml, const struct yaml_value *value,

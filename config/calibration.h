@@ -27,6 +27,11 @@ struct calibration {
 	struct calibration_limits limits;
 	double blur_max_px; /* a view with more is refused */
 	int poses_max;      /* chosen of those that were seen */
+	int poses_min;      /* before it is enough, however well they fill the images */
+	/* the light, live */
+	double rate_hz;
+	int64_t exposure_ns;    /* of the IR cameras */
+	int64_t hd_exposure_ns; /* 0: as in the station's own plan */
 };
 
 struct calibration calibration_default(void);

@@ -280,6 +280,7 @@ enum {
 	KEY_HD,
 	KEY_SOCKET_DIR,
 	KEY_MASKS,
+	KEY_CALIBRATION = 17,
 	KEY_COUNT = sizeof(keys) / sizeof(*keys) - 1
 };
 
@@ -431,6 +432,8 @@ static void read_config(struct yaml *yaml, struct reading *reading)
 	yaml_read_mapping(yaml, &root, keys, reading, places);
 	check_clock(yaml, config);
 	finish_plan(yaml, reading, places, root.place);
+	plan_finish_calibration(
+		yaml, config, places[KEY_CALIBRATION].line ? places[KEY_CALIBRATION] : root.place);
 	sim_faults_finish(yaml, &config->sim_faults, config->cameras, config->camera_count);
 	if (is_path(config->sim_scene))
 		resolve(yaml, config, config->sim_scene, root.place, "sim.scene", PATH_MAX - 1);

@@ -39,9 +39,10 @@ struct config {
 	char rig_dir[PATH_MAX];
 	uint32_t layout_count; /* at least one; an actor each */
 	char layout_paths[ACTOR_MAX][PATH_MAX];
-	char socket_dir[PATH_MAX]; /* stream.sock and control.sock; default /run/stage */
-	char trigger[64];          /* address; default "free" */
-	struct trigger_plan plan;  /* period from rate_hz (default 120) */
+	char socket_dir[PATH_MAX];            /* stream.sock and control.sock; default /run/stage */
+	char trigger[64];                     /* address; default "free" */
+	struct trigger_plan plan;             /* period from rate_hz (default 120) */
+	struct trigger_plan calibration_plan; /* while calibrating */
 	uint32_t camera_count;
 	struct config_camera cameras[CAMERA_MAX];
 	char masks_path[PATH_MAX]; /* "" for none */

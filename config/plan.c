@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "config/calibration_plan.h"
 
 #define HD_EXPOSURE_NS (4 * NS_PER_MS)
 
@@ -121,4 +122,27 @@ void plan_finish(struct yaml *yaml, struct trigger_plan *plan, const struct plan
 	if (plan->hd_divider > 0)
 		set_hd(plan, places);
 	trigger_plan_problems(plan, complain, &to);
+}
+
+struct calibration_complaint {
+	struct yaml *yaml;
+	struct yaml_place place;
+};
+
+static void complain_of_calibration(enum plan_field field, const char *text, void *user)
+{
+	const struct calibration_complaint *to = user;
+
+	(void)field;
+	yaml_complain(to->yaml, to->place, "calibration", "%s", text);
+}
+
+void plan_finish_calibration(struct yaml *yaml, struct config *config, struct yaml_place place)
+{
+	struct calibration_complaint to = {yaml, place};
+
+	if (yaml->failed)
+		return;
+	config->calibration_plan = calibration_plan(&config->calibration, &config->plan);
+	trigger_plan_problems(&config->calibration_plan, complain_of_calibration, &to);
 }

@@ -23,3 +23,6 @@ void plan_read_hd(struct yaml *yaml, const struct yaml_value *value, struct trig
 
 /* Sets what the file left out and complains about a plan that cannot be. */
 void plan_finish(struct yaml *yaml, struct trigger_plan *plan, const struct plan_places *places);
+
+/* Makes the plan of a calibration, or complains at `place`. Not when the file is wrong already. */
+void plan_finish_calibration(struct yaml *yaml, struct config *config, struct yaml_place place);

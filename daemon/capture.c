@@ -130,6 +130,8 @@ static void take_frame(struct capture *capture, const struct frame *frame)
 		return;
 	}
 	count(&capture->counters.frames, 1);
+	if (capture->pictures)
+		pictures_share_put(capture->pictures, capture->index, frame);
 	if (capture->role == ROLE_IR)
 		take_ir_frame(capture, frame);
 	else
@@ -224,6 +226,7 @@ int capture_init(struct capture *capture, const struct config_camera *camera,
 		return err;
 	}
 	capture->device = *device;
+	capture->own_exposure_ns = mode->exposure_ns;
 	return 0;
 }
 
@@ -278,6 +281,32 @@ int capture_set_mask(struct capture *capture, const struct mask *mask)
 	capture->mask_before = capture->mask;
 	capture->mask = copy;
 	handover_offer(&capture->masks, copy);
+	return 0;
+}
+
+int capture_set_light(struct capture *capture, const struct camera_mode *wanted, struct diag *diag)
+{
+	struct open_camera *device = &capture->device;
+	struct camera_mode granted;
+
+	if (wanted->period_ns == device->wanted.period_ns &&
+	    wanted->exposure_ns == device->wanted.exposure_ns)
+		return 0;
+	int err = device->driver->configure(device->camera, wanted, &granted, diag);
+	if (err)
+		return err;
+	if (granted.width_px != device->granted.width_px ||
+	    granted.height_px != device->granted.height_px ||
+	    granted.format != device->granted.format) {
+		diag_add(diag,
+			 "camera %s: with another exposure its images are %dx%d, not %dx%d: give "
+			 "width and height in the config",
+			 capture->name, granted.width_px, granted.height_px,
+			 device->granted.width_px, device->granted.height_px);
+		return -EINVAL;
+	}
+	device->wanted = *wanted;
+	device->granted = granted;
 	return 0;
 }
 

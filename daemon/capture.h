@@ -11,6 +11,7 @@
 #include "base/ring.h"
 #include "config/config.h"
 #include "daemon/hd_capture.h"
+#include "daemon/pictures_share.h"
 #include "daemon/realtime.h"
 #include "drivers/open_cameras.h"
 #include "track/blobs.h"
@@ -61,9 +62,12 @@ struct capture {
 	char name[NAME_BYTES];
 	enum camera_role role;
 	struct open_camera device;
+	int64_t own_exposure_ns;             /* that it was granted first */
 	struct blob_finder *finder;          /* owned; NULL for HD */
 	struct clock_semaphore *solver_wake; /* borrowed */
 	int control_wake_fd;                 /* eventfd, borrowed */
+	struct pictures *pictures;           /* borrowed; NULL unless all pictures are offered */
+	uint32_t index;                      /* among them: of the config's cameras */
 
 	/* control thread */
 	struct realtime_thread thread;
@@ -105,6 +109,11 @@ int capture_set_mask(struct capture *capture, const struct mask *mask);
 
 /* Says that the device is gone, and why. The thread must not run. */
 void capture_lose(struct capture *capture, const char *why);
+
+/* Before it starts: configures the device anew when another period or exposure is wanted of it than
+ * it has. Returns 0, -EINVAL when its images would change, or what the device says; each with a
+ * message. */
+int capture_set_light(struct capture *capture, const struct camera_mode *wanted, struct diag *diag);
 
 /* Starts the device and the thread. Returns 0 or a negative errno with a message. */
 int capture_start(struct capture *capture, struct diag *diag);

@@ -27,6 +27,7 @@ struct control_client {
 	size_t in_bytes;
 	char *out; /* reply under way, owned */
 	size_t out_bytes, out_sent;
+	int out_fd;                 /* goes with its first byte; the station's; -1: none */
 	int64_t progress_ns;        /* when a byte last moved */
 	enum permission permission; /* when it connected */
 	struct wait wait;
@@ -50,7 +51,7 @@ static void client_close(struct control_client *client)
 	close(client->fd);
 	free(client->in);
 	free(client->out);
-	*client = (struct control_client){.fd = -1};
+	*client = (struct control_client){.fd = -1, .out_fd = -1};
 }
 
 static void client_cut_off(struct control_client *client)
@@ -67,13 +68,32 @@ static void client_listen(struct control_client *client)
 									  : EPOLLIN);
 }
 
+/* Of the reply, with its descriptor when there is one. */
+static ssize_t send_some(struct control_client *client)
+{
+	char room[CMSG_SPACE(sizeof(int))] __attribute__((aligned(sizeof(struct cmsghdr)))) = {0};
+	struct iovec bytes = {client->out + client->out_sent, client->out_bytes - client->out_sent};
+	struct msghdr message = {.msg_iov = &bytes, .msg_iovlen = 1};
+
+	if (client->out_fd >= 0) {
+		message.msg_control = room;
+		message.msg_controllen = sizeof(room);
+		struct cmsghdr *with = CMSG_FIRSTHDR(&message);
+		*with = (struct cmsghdr){CMSG_LEN(sizeof(int)), SOL_SOCKET, SCM_RIGHTS};
+		memcpy(CMSG_DATA(with), &client->out_fd, sizeof(int));
+	}
+	ssize_t sent = sendmsg(client->fd, &message, MSG_NOSIGNAL | MSG_DONTWAIT);
+
+	if (sent > 0)
+		client->out_fd = -1;
+	return sent;
+}
+
 /* False when the client is gone. */
 static bool client_send(struct control_client *client)
 {
 	while (client->out_sent < client->out_bytes) {
-		ssize_t sent =
-			send(client->fd, client->out + client->out_sent,
-			     client->out_bytes - client->out_sent, MSG_NOSIGNAL | MSG_DONTWAIT);
+		ssize_t sent = send_some(client);
 
 		if (sent < 0 && errno == EAGAIN)
 			return true;
@@ -131,8 +151,9 @@ static bool client_request(struct control_client *client, size_t size_bytes)
 		return false;
 	}
 	client->oneway = json_is_true(json_object_get(request, "oneway"));
-	json_t *reply =
-		control_call(&client->control->context, client->permission, request, &client->wait);
+	client->out_fd = -1;
+	json_t *reply = control_call(&client->control->context, client->permission, request,
+				     &client->wait, &client->out_fd);
 	json_decref(request);
 	if (!reply) {
 		client->progress_ns = clock_real_now_ns();
@@ -255,7 +276,7 @@ int control_create(struct control **out, sd_event *event, const char *path, stru
 	control->event = event;
 	control->rules = *rules;
 	for (int i = 0; i < CONTROL_CLIENT_MAX; i++)
-		control->clients[i] = (struct control_client){.fd = -1};
+		control->clients[i] = (struct control_client){.fd = -1, .out_fd = -1};
 	int err = listen_unix(&control->fd, path, diag);
 	if (err) {
 		free(control);

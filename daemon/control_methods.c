@@ -81,6 +81,16 @@ static json_t *calibrate(struct call *call)
 	return begin(call, STATION_CALIBRATE);
 }
 
+static json_t *pictures(struct call *call)
+{
+	const struct pictures_share *share = &call->context->station->pictures;
+
+	if (!share->memory)
+		return wrong_state(call);
+	*call->fd = share->fd;
+	return varlink_result(json_pack("{s:I}", "size_bytes", (json_int_t)share->size_bytes));
+}
+
 static json_t *stop(struct call *call)
 {
 	struct station *station = call->context->station;
@@ -103,6 +113,7 @@ static const struct method {
 } methods[] = {
 	{"org.stage.Control.GetStatus", PERMISSION_LOOK, get_status},
 	{"org.stage.Control.Preview", PERMISSION_LOOK, control_preview},
+	{"org.stage.Control.Pictures", PERMISSION_LOOK, pictures},
 	{"org.stage.Control.Start", PERMISSION_COMMAND, start},
 	{"org.stage.Control.Calibrate", PERMISSION_COMMAND, calibrate},
 	{"org.stage.Control.Stop", PERMISSION_COMMAND, stop},
@@ -120,13 +131,14 @@ static json_t *permission_denied(const struct method *method)
 }
 
 json_t *control_call(const struct control_context *context, enum permission permission,
-		     const json_t *request, struct wait *wait)
+		     const json_t *request, struct wait *wait, int *fd)
 {
 	struct call call = {.context = context,
 			    .method = json_string_value(json_object_get(request, "method")),
 			    .parameters = json_object_get(request, "parameters"),
 			    .more = json_is_true(json_object_get(request, "more")),
-			    .wait = wait};
+			    .wait = wait,
+			    .fd = fd};
 
 	if (call.parameters && !json_is_object(call.parameters))
 		return varlink_invalid_parameter("parameters");

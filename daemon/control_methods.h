@@ -35,12 +35,14 @@ struct call {
 	const json_t *parameters; /* an object, or NULL */
 	bool more;                /* the client takes several replies */
 	struct wait *wait;
+	int *fd; /* goes with the reply; the station's */
 };
 
 /* The reply to a request, new; or NULL: then `*wait` says what for. A first reply may come with a
- * wait for more. Never fails: an error is a reply too. */
+ * wait for more. `*fd` is untouched unless a descriptor goes with the reply. Never fails: an error
+ * is a reply too. */
 json_t *control_call(const struct control_context *context, enum permission permission,
-		     const json_t *request, struct wait *wait);
+		     const json_t *request, struct wait *wait, int *fd);
 
 /* The methods that have a file of their own. */
 json_t *control_preview(struct call *call);

@@ -139,7 +139,7 @@ static void track(struct solver *solver, const struct sync_decision *decision,
 	struct shot shot;
 
 	shot_gather(&shot, decision, fronts->sets, camera_count(solver), solver->stage->ir_mask);
-	if (!solver->solve) {
+	if (!solver->run.solve) {
 		shot_book_close(&solver->book, &solver->rig->tracking, &shot, NULL);
 		count_cameras(solver, &shot);
 		return;
@@ -154,7 +154,7 @@ static void track(struct solver *solver, const struct sync_decision *decision,
 	shot_book_close(&solver->book, &solver->rig->tracking, &shot, set);
 	stamp(set, &shot);
 	hd_plan_stamp(&solver->hd, set);
-	set->run = solver->run;
+	set->run = solver->run.number;
 	set->rig_serial = solver->rig->serial;
 	clock_hold(); /* until station_pop_set() */
 	ring_publish(&solver->sets);
@@ -255,7 +255,7 @@ static void run_solver(void *argument)
 
 int solver_init(struct solver *solver, const struct stage *stage, struct handover *rigs,
 		struct capture *captures, struct pulses *pulses, int control_wake_fd,
-		int64_t period_ns, uint32_t queue_length)
+		uint32_t queue_length)
 {
 	memset(solver, 0, sizeof(*solver));
 	solver->stage = stage;
@@ -263,7 +263,6 @@ int solver_init(struct solver *solver, const struct stage *stage, struct handove
 	solver->captures = captures;
 	solver->pulses = pulses;
 	solver->control_wake_fd = control_wake_fd;
-	solver->deadline_ns = DEADLINE_PERIODS * period_ns;
 	int err = tracker_scratch_create(&solver->scratch);
 	if (!err)
 		err = ring_init(&solver->sets, sizeof(struct marker_set), queue_length);
@@ -272,7 +271,6 @@ int solver_init(struct solver *solver, const struct stage *stage, struct handove
 		return err;
 	}
 	clock_semaphore_init(&solver->wake);
-	solver->period_ns = period_ns;
 	return 0;
 }
 
@@ -288,7 +286,7 @@ void solver_finish(struct solver *solver)
 /* Without a trigger of ours HD cameras expose when they do; the first frame tells the phase. */
 static struct hd_plan hd_plan_of(const struct solver *solver)
 {
-	const struct trigger_plan *plan = &solver->stage->config.plan;
+	const struct trigger_plan *plan = solver->run.plan;
 	uint32_t all = (uint32_t)((UINT64_C(1) << camera_count(solver)) - 1);
 	struct hd_plan hd = {.camera_mask = all & ~solver->stage->ir_mask,
 			     .divider = (uint32_t)plan->hd_divider};
@@ -303,18 +301,18 @@ static struct hd_plan hd_plan_of(const struct solver *solver)
 
 static void begin_book(struct solver *solver)
 {
-	shot_book_begin(&solver->book, solver->pulses, solver->period_ns);
+	shot_book_begin(&solver->book, solver->pulses, solver->run.period_ns);
 	for (uint32_t left = solver->hd.camera_mask; left; left &= left - 1)
 		ledger_set_camera(&solver->book.ledger, (uint32_t)__builtin_ctz(left),
 				  solver->hd.divider, solver->hd.phase, solver->hd.after_ir_ns);
 }
 
-void solver_begin_run(struct solver *solver, bool solve, uint32_t run)
+void solver_begin_run(struct solver *solver, const struct solver_run *run)
 {
-	solver->solve = solve;
-	solver->run = run;
+	solver->run = *run;
+	solver->deadline_ns = DEADLINE_PERIODS * run->period_ns;
 	solver->warm_up = (struct warm_up){0};
-	solver->sync = (struct sync){.period_ns = solver->period_ns};
+	solver->sync = (struct sync){.period_ns = run->period_ns};
 	solver->hd = hd_plan_of(solver);
 	solver->rig = handover_take(solver->rigs);
 	begin_book(solver);

@@ -18,6 +18,14 @@
 #include "daemon/warm_up.h"
 #include "track/sync.h"
 
+/* What differs from run to run. */
+struct solver_run {
+	const struct trigger_plan *plan; /* borrowed, until the next */
+	int64_t period_ns;               /* of a shot; 0 = not known beforehand */
+	bool solve;      /* false: shots are put together and counted, no marker set is made */
+	uint32_t number; /* into every set */
+};
+
 struct solver {
 	/* set before the thread starts; all borrowed but the scratch */
 	const struct stage *stage;
@@ -27,9 +35,7 @@ struct solver {
 	int control_wake_fd;
 	int64_t deadline_ns; /* after the oldest front was found */
 	struct tracker_scratch *scratch;
-	int64_t period_ns; /* of a shot; 0 = not known beforehand */
-	bool solve;        /* false: shots are put together and counted, no marker set is made */
-	uint32_t run;      /* into every set */
+	struct solver_run run;
 
 	/* control thread */
 	struct realtime_thread thread;
@@ -56,12 +62,12 @@ struct solver {
 /* Control thread. Returns 0 or -ENOMEM. */
 int solver_init(struct solver *solver, const struct stage *stage, struct handover *rigs,
 		struct capture *captures, struct pulses *pulses, int control_wake_fd,
-		int64_t period_ns, uint32_t queue_length);
+		uint32_t queue_length);
 void solver_finish(struct solver *solver); /* a zeroed solver is fine */
 
 /* Forgets the run before: counters, shot numbers, what was tracked. Marker sets that still wait for
  * the control thread stay. */
-void solver_begin_run(struct solver *solver, bool solve, uint32_t run);
+void solver_begin_run(struct solver *solver, const struct solver_run *run);
 
 int solver_start(struct solver *solver, struct diag *diag);
 bool solver_stop(struct solver *solver); /* false when the thread hangs */

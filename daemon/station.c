@@ -14,9 +14,8 @@
 #include "daemon/accounts.h"
 #include "daemon/program_drivers.h"
 #include "daemon/realtime.h"
+#include "daemon/station_light.h"
 #include "drivers/files.h"
-#include "drivers/trigger_plan.h"
-#include "sim/cameras.h"
 #include "sim/world.h"
 
 #define QUEUE_NS                                                                        \
@@ -55,51 +54,6 @@ static enum exit_code open_exit_code(int err)
 	default:
 		return exit_code_of(err, EXIT_CODE_DEVICE);
 	}
-}
-
-static bool wants_world(const struct config *config)
-{
-	bool wanted = strncmp(config->trigger, "sim", 3) == 0;
-
-	for (uint32_t c = 0; c < config->camera_count; c++)
-		wanted |= strncmp(config->cameras[c].address, "sim:", 4) == 0;
-	return wanted;
-}
-
-static uint32_t sim_hd_count(const struct config *config)
-{
-	uint32_t count = 0;
-
-	for (uint32_t c = 0; c < config->camera_count; c++)
-		count += config->cameras[c].role == ROLE_HD &&
-			 strncmp(config->cameras[c].address, "sim:", 4) == 0;
-	return count;
-}
-
-static int open_world(struct station *station, struct diag *diag)
-{
-	const struct config *config = &station->stage.config;
-	uint32_t ir_count = (uint32_t)__builtin_popcount(station->stage.ir_mask);
-	struct sim_options options = {
-		.scene = config->sim_scene[0] ? config->sim_scene : NULL,
-		.seed = config->sim_seed,
-		.faults = &config->sim_faults,
-		/* a config with fewer looks at the scene's own number */
-		.camera_count =
-			ir_count >= SIM_CAMERA_MIN && ir_count <= SIM_CAMERA_MAX ? ir_count : 0,
-		.rate_hz = 1e9 / (double)config->plan.period_ns,
-		.hd_camera_count = sim_hd_count(config),
-		.hd_divider = (uint32_t)config->plan.hd_divider,
-		.hd_phase = (uint32_t)config->plan.hd_phase,
-		.hd_after_ir_ns = trigger_plan_hd_middle_ns(&config->plan) -
-				  trigger_plan_ir_middle_ns(&config->plan),
-	};
-
-	if (!wants_world(config))
-		return 0;
-	int err = sim_world_open(&options, config->sim_epoch_ns, diag);
-	station->world_open = !err;
-	return err;
 }
 
 static int stall_disk(const struct config *config, const struct sim_fault *fault,
@@ -164,23 +118,35 @@ static int open_pulses(struct station *station, struct diag *diag)
 	return err;
 }
 
+/* Of the shots: the trigger's, or the cameras' own. */
+static int64_t find_period_ns(const struct station *station)
+{
+	struct open_camera devices[CAMERA_MAX];
+
+	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
+		devices[c] = station->captures[c].device;
+	int64_t granted_ns = open_cameras_period_ns(devices, station->stage.ir_mask);
+
+	return station->pulses.driver->reports_edges || !granted_ns ? station->plan->period_ns
+								    : granted_ns;
+}
+
 static int init_solver(struct station *station)
 {
 	bool has_edges = station->pulses.driver->reports_edges;
 
-	if (has_edges || station->period_ns == 0)
-		station->period_ns = station->stage.config.plan.period_ns;
+	station->period_ns = find_period_ns(station);
 	int err = rig_swap_init(&station->rig_swap, &station->stage, station->wake_fd);
 	return err ? err
 		   : solver_init(&station->solver, &station->stage, &station->rig_swap.handover,
 				 station->captures, has_edges ? &station->pulses : NULL,
-				 station->wake_fd, station->period_ns, queue_length(station));
+				 station->wake_fd, queue_length(station));
 }
 
 /* Only where the trigger sets the pace: cameras that run free have their own. */
 static void name_slow_cameras(const struct station *station)
 {
-	const struct trigger_plan *plan = &station->stage.config.plan;
+	const struct trigger_plan *plan = station->plan;
 
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++) {
 		const struct capture *capture = &station->captures[c];
@@ -203,7 +169,8 @@ static enum exit_code open_devices(struct station *station, struct diag *diag)
 	struct open_camera devices[CAMERA_MAX];
 
 	virtual_time_begin(&station->virtual_time, &station->stage.config);
-	int err = open_world(station, diag);
+	station->plan = &station->stage.config.plan;
+	int err = station_open_world(station, diag);
 
 	if (err)
 		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
@@ -258,7 +225,40 @@ static void begin_run(struct station *station, bool solve)
 	pulses_begin_run(&station->pulses);
 	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
 		capture_begin_run(&station->captures[c]);
-	solver_begin_run(&station->solver, solve, station->run);
+	solver_begin_run(&station->solver, &(struct solver_run){station->plan, station->period_ns,
+								solve, station->run});
+}
+
+/* One that is gone is lost, not a failure, when it is to start. */
+static int set_light(struct station *station, struct diag *diag)
+{
+	int err = 0;
+
+	for (uint32_t c = 0; c < station->stage.config.camera_count && !err; c++) {
+		struct capture *capture = &station->captures[c];
+		struct camera_mode wanted = station_wanted(station, c);
+		struct diag said = {0};
+
+		if (capture->device.camera)
+			err = capture_set_light(capture, &wanted, &said);
+		if (err == -ENODEV)
+			err = 0;
+		else if (err)
+			diag_add(diag, "%s", said.text ? said.text : strerror(-err));
+		diag_finish(&said);
+	}
+	return err;
+}
+
+/* The light, and the period that follows from it. */
+static int begin_light(struct station *station, bool calibrating, struct diag *diag)
+{
+	int err = station_begin_light(station, calibrating, diag);
+
+	if (!err)
+		err = set_light(station, diag);
+	station->period_ns = find_period_ns(station);
+	return err;
 }
 
 /* A device that went away while nothing ran is looked for like one that is lost while live. */
@@ -313,13 +313,17 @@ enum exit_code station_start(struct station *station, enum station_event how, st
 		diag_add(diag, "a thread hangs in its driver: restart the station");
 		return EXIT_CODE_DEVICE;
 	}
+	int err = begin_light(station, how == STATION_CALIBRATE, diag);
+
 	station->memory_locked = realtime_lock_memory();
 	begin_run(station, how == STATION_START);
 	clock_hold(); /* all start at the same moment of virtual time */
-	int err = start_threads(station, diag);
-
+	if (!err)
+		err = start_threads(station, diag);
 	if (err) {
 		stop_threads(station);
+		if (!station->hung)
+			station_end_light(station);
 		clock_release();
 		return open_exit_code(err);
 	}
@@ -339,6 +343,8 @@ bool station_stop(struct station *station)
 	if (!station_next_state(station->state, STATION_STOP, &to))
 		return false;
 	stop_threads(station);
+	if (!station->hung)
+		station_end_light(station);
 	station->state = to;
 	return true;
 }

@@ -18,6 +18,7 @@
 struct station {
 	enum station_state state;
 	struct stage stage;
+	const struct trigger_plan *plan;     /* that it runs by: the config's, or a calibration's */
 	struct capture captures[CAMERA_MAX]; /* of stage.config.camera_count */
 	struct pulses pulses;
 	struct solver solver;
@@ -25,6 +26,7 @@ struct station {
 	struct rig_swap rig_swap;
 	struct statistics statistics;
 	struct virtual_time virtual_time;
+	struct pictures_share pictures; /* while calibrating */
 	int64_t period_ns; /* between shots: of the trigger's plan, or as the cameras run */
 	int wake_fd;       /* eventfd: marker sets or previews are ready, or a camera changed */
 	bool world_open;
@@ -64,6 +66,9 @@ void station_tick(struct station *station);
  * as sent. */
 const struct marker_set *station_next_set(struct station *station);
 void station_pop_set(struct station *station);
+
+/* What camera `index` is asked for by the plan that the station runs by. */
+struct camera_mode station_wanted(const struct station *station, uint32_t index);
 
 const char *capture_state_name(enum capture_state state);
 

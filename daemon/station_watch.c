@@ -44,6 +44,15 @@ static bool same_images(const struct camera_mode *a, const struct camera_mode *b
 	return a->width_px == b->width_px && a->height_px == b->height_px && a->format == b->format;
 }
 
+static int start_again(struct station *station, uint32_t index, struct diag *diag)
+{
+	struct camera_mode wanted = station_wanted(station, index);
+
+	int err = capture_set_light(&station->captures[index], &wanted, diag);
+
+	return err ? err : capture_start(&station->captures[index], diag);
+}
+
 static void take_back(struct station *station)
 {
 	struct reopener *reopener = &station->reopener;
@@ -71,7 +80,7 @@ static void take_back(struct station *station)
 		capture->lost_since_ns = 0;
 		atomic_store(&capture->state, CAPTURE_STOPPED);
 		log_about(LOG_LEVEL_INFO, &camera, "camera %s: is back", capture->name);
-	} else if (capture_start(capture, &diag) == 0) {
+	} else if (start_again(station, reopener->camera, &diag) == 0) {
 		atomic_fetch_add(&capture->counters.reopened, 1);
 		log_about(LOG_LEVEL_INFO, &camera, "camera %s: is back", capture->name);
 	} else {

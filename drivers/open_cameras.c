@@ -44,7 +44,8 @@ int open_camera_by_config(struct open_camera *out, const struct stage *stage, ui
 	int err = opened.driver->open(&opened.camera, rest, stage->config.base_dir, diag);
 	if (err)
 		return err;
-	err = opened.driver->configure(opened.camera, &wanted->wanted, &opened.granted, diag);
+	opened.wanted = wanted->wanted;
+	err = opened.driver->configure(opened.camera, &opened.wanted, &opened.granted, diag);
 	if (!err)
 		err = check_images(stage, index, &opened.granted, diag);
 	if (err) {

@@ -10,7 +10,7 @@
 struct open_camera {
 	const struct camera_driver *driver;
 	struct camera *camera; /* NULL when not open */
-	struct camera_mode granted;
+	struct camera_mode wanted, granted;
 };
 
 /* Opens camera `index` of the config. Returns 0 or a negative errno (-EINVAL: its images do not

@@ -12,6 +12,7 @@
 #define WARP_M 0.7e-3
 #define GRAZING 0.12 /* cosine below which nothing can be read */
 #define ROLLING_STEPS 6
+#define REACH 1.7
 
 /* Largest excursions, x y z of the stage and of the board, before a face's cameras. */
 static const double PLACE_M[3] = {0.26, 0.12, 0.19};
@@ -70,6 +71,13 @@ void sim_board_init(struct sim_board *board, int placement, uint64_t seed)
 		board->place[axis] = make_wave(&rng, PLACE_M[axis] * reach, 0.06, 0.35);
 		board->tilt[axis] = make_wave(&rng, TILT_DEG[axis] * RAD, 0.05, 0.3);
 	}
+}
+
+void sim_board_reach(struct sim_board *board)
+{
+	for (int axis = 0; axis < 3; axis++)
+		for (int i = 0; i < BOARD_WAVES; i++)
+			board->place[axis].amplitude[i] *= REACH;
 }
 
 /* Upright, read from +y of the stage: x = -x, y = -z, z = -y. */

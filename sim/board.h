@@ -43,6 +43,9 @@ static inline double exposure_of_row_s(const struct exposure *exposure, double r
  * cameras, BOARD_DEFAULT's in a room. Its warp and its path vary with the seed. */
 void sim_board_init(struct sim_board *board, int placement, uint64_t seed);
 
+/* By somebody who reaches for the borders of the images, where much of the board is out of them. */
+void sim_board_reach(struct sim_board *board);
+
 /* rt_stage_board; the middle of the print is what is waved about. */
 struct pose sim_board_pose(const struct sim_board *board, double time_s);
 

@@ -21,6 +21,7 @@
 struct sim_device {
 	struct camera base;
 	/* set on the control thread */
+	uint64_t world_serial;           /* of what it looks at */
 	const struct sim_camera *camera; /* the scene's */
 	uint32_t index;
 	bool is_hd;
@@ -113,6 +114,24 @@ static void set_timing(struct sim_device *device, const struct sim_scene *scene)
 	device->half_exposure_ns = device->is_hd ? SIM_HD_HALF_EXPOSURE_NS : SIM_HALF_EXPOSURE_NS;
 }
 
+/* At what the world shows now. Returns 0 or -ENOMEM. */
+static int look(struct sim_device *device)
+{
+	const struct sim_scene *scene = sim_world_scene();
+	struct sim_picture *picture;
+	int err = sim_picture_create(&picture, scene, device->index, SIM_NOISE_FAST);
+
+	if (err)
+		return err;
+	sim_picture_destroy(device->picture);
+	device->picture = picture;
+	device->camera = &scene->cameras[device->index];
+	device->is_hd = device->index >= scene->camera_count;
+	device->world_serial = sim_world_serial();
+	set_timing(device, scene);
+	return 0;
+}
+
 static void sim_close(struct camera *camera)
 {
 	if (!camera)
@@ -135,11 +154,8 @@ static int sim_open(struct camera **out, const char *rest, const char *base_dir,
 	if (!device)
 		goto fail;
 	device->base.driver = &sim_camera_driver;
-	device->camera = &scene->cameras[index];
 	device->index = index;
-	device->is_hd = index >= scene->camera_count;
-	set_timing(device, scene);
-	err = sim_picture_create(&device->picture, scene, index, SIM_NOISE_FAST);
+	err = look(device);
 	if (err)
 		goto fail;
 	if (is_unplugged(device)) {
@@ -158,9 +174,13 @@ fail:
 static int sim_configure(struct camera *camera, const struct camera_mode *wanted,
 			 struct camera_mode *granted, struct diag *diag)
 {
-	const struct sim_device *device = device_of(camera);
+	struct sim_device *device = device_of(camera);
+	int err = device->world_serial == sim_world_serial() ? 0 : look(device);
 
-	(void)diag;
+	if (err) {
+		diag_add(diag, "sim:%s: out of memory", device->camera->name);
+		return err;
+	}
 	*granted = (struct camera_mode){
 		.width_px = device->camera->width_px,
 		.height_px = device->camera->height_px,

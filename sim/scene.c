@@ -43,6 +43,8 @@ int sim_scene_create(struct sim_scene **out, const struct sim_options *options, 
 	sim_hd_cameras_init(scene->cameras + scene->camera_count, scene->hd_count, &scene->script,
 			    options->seed);
 	sim_board_init(&scene->board, scene->script.placement, options->seed);
+	if (options->board)
+		sim_board_reach(&scene->board);
 	scene_set_windows(scene);
 	err = scene_bump_cameras(scene);
 	if (!err)

@@ -31,6 +31,7 @@ struct sim_options {
 	uint32_t hd_phase;
 	int64_t hd_after_ir_ns;
 	int64_t hd_row_ns; /* rolling shutter: from row to row; 0 = the scene's own */
+	bool board;        /* a calibration board is waved, instead of what the scene's actors do */
 };
 
 /* What the default trigger plan of a config makes hd_after_ir_ns. */

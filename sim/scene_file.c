@@ -113,6 +113,14 @@ static int check_options(const struct sim_options *options, struct diag *diag)
 	return -EINVAL;
 }
 
+/* The same stage without its actors and what befalls them; its devices' faults stay. */
+static void wave_board(struct sim_script *script)
+{
+	script->board = true;
+	script->actor_count = 0;
+	script->event_count = 0;
+}
+
 static void override(struct sim_script *script, const struct sim_options *options)
 {
 	if (options->camera_count)
@@ -182,6 +190,8 @@ static int read_script(struct scene_reading *reading, const char *path,
 	scene_check_actors(&yaml, reading, options->seed);
 	scene_check_events(&yaml, reading);
 	scene_check_faults(&yaml, reading);
+	if (options->board)
+		wave_board(&reading->script);
 	err = yaml.failed ? -EINVAL : 0;
 	yaml_close(&yaml);
 	return err;

@@ -13,13 +13,28 @@
 
 #define EPOCH_AHEAD_NS (100 * NS_PER_MS)
 
-static struct {
-	/* set while no device is open */
-	struct sim_scene *scene; /* owned; NULL while closed */
+struct show {
+	struct sim_scene *scene; /* owned */
 	int64_t epoch_ns;
+};
+
+static struct {
+	/* set while no device runs; a device may hold on to either until it is configured anew */
+	struct show stage, board;
+	/* the one of the two that is shown */
+	const struct sim_scene *scene; /* NULL while closed */
+	int64_t epoch_ns;
+	uint64_t serial; /* of what is shown */
 	/* atomic, any thread */
 	_Atomic uint64_t late_count[SIM_DEVICE_MAX];
 } world;
+
+static void show(const struct show *what)
+{
+	world.scene = what->scene;
+	world.epoch_ns = what->epoch_ns;
+	world.serial++;
+}
 
 int sim_world_open(const struct sim_options *options, int64_t epoch_ns, struct diag *diag)
 {
@@ -27,11 +42,12 @@ int sim_world_open(const struct sim_options *options, int64_t epoch_ns, struct d
 		diag_add(diag, "sim: a simulated stage is open already: close it first");
 		return -EBUSY;
 	}
-	int err = sim_scene_create(&world.scene, options, diag);
+	int err = sim_scene_create(&world.stage.scene, options, diag);
 
 	if (err)
 		return err;
-	world.epoch_ns = epoch_ns ? epoch_ns : clock_now_ns() + EPOCH_AHEAD_NS;
+	world.stage.epoch_ns = epoch_ns ? epoch_ns : clock_now_ns() + EPOCH_AHEAD_NS;
+	show(&world.stage);
 	for (int c = 0; c < SIM_DEVICE_MAX; c++)
 		atomic_store(&world.late_count[c], 0);
 	return 0;
@@ -39,8 +55,30 @@ int sim_world_open(const struct sim_options *options, int64_t epoch_ns, struct d
 
 void sim_world_close(void)
 {
-	sim_scene_destroy(world.scene);
-	world.scene = NULL;
+	sim_scene_destroy(world.stage.scene);
+	sim_scene_destroy(world.board.scene);
+	world.stage = world.board = (struct show){0};
+	show(&world.stage);
+}
+
+int sim_world_wave(const struct sim_options *options, struct diag *diag)
+{
+	struct sim_options waved = *options;
+	struct sim_scene *scene;
+
+	waved.board = true;
+	int err = sim_scene_create(&scene, &waved, diag);
+	if (err)
+		return err;
+	sim_scene_destroy(world.board.scene);
+	world.board = (struct show){scene, clock_now_ns() + EPOCH_AHEAD_NS};
+	show(&world.board);
+	return 0;
+}
+
+void sim_world_resume(void)
+{
+	show(&world.stage);
 }
 
 const struct sim_faults *sim_world_faults(void)
@@ -51,6 +89,11 @@ const struct sim_faults *sim_world_faults(void)
 const struct sim_scene *sim_world_scene(void)
 {
 	return world.scene;
+}
+
+uint64_t sim_world_serial(void)
+{
+	return world.serial;
 }
 
 int64_t sim_world_epoch_ns(void)

@@ -17,6 +17,13 @@
 int sim_world_open(const struct sim_options *options, int64_t epoch_ns, struct diag *diag);
 void sim_world_close(void); /* when none is open: does nothing */
 
+/* From now on somebody waves a calibration board before the same cameras, and scene time begins
+ * anew; `options` as of sim_world_open(), with the rate of the calibration. The devices must not
+ * run, and are configured anew before they start. Returns 0 or what sim_scene_create says. Control
+ * thread. */
+int sim_world_wave(const struct sim_options *options, struct diag *diag);
+void sim_world_resume(void); /* the scene goes on, as if it had never stopped */
+
 /* NULL while no world is open. */
 const struct sim_scene *sim_world_scene(void);
 int64_t sim_world_epoch_ns(void);

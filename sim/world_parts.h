@@ -14,6 +14,9 @@
 /* What its cameras do wrong. Any thread; a world must be open. */
 const struct sim_faults *sim_world_faults(void);
 
+/* Of what the world shows: another one, another scene. Control thread. */
+uint64_t sim_world_serial(void);
+
 /* Any thread. */
 void sim_world_count_late(uint32_t camera);
 

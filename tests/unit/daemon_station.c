@@ -478,7 +478,8 @@ static int make_stage(void **state)
 	(void)state;
 	if (!mkdtemp(stage_dir) || sim_scene_create(&scene, &options, &diag) < 0)
 		return -1;
-	int err = sim_scene_write_stage(scene, stage_dir, addresses, NULL, &diag);
+	int err = sim_scene_write_stage(scene, stage_dir, addresses,
+					"calibration: {rate_hz: 120}\n", &diag);
 	sim_scene_destroy(scene);
 	snprintf(config_path, sizeof(config_path), "%s/stage.yaml", stage_dir);
 	diag_finish(&diag);
