@@ -8,12 +8,14 @@
 #include "drivers/aravis.h"
 #include "drivers/files.h"
 #include "drivers/trigger_free.h"
+#include "drivers/v4l2.h"
 #include "sim/world.h"
 
 const struct camera_driver *const live_drivers[] = {
 	&aravis_camera_driver,
 	&files_camera_driver,
 	&sim_camera_driver,
+	&v4l2_camera_driver,
 	NULL,
 };
 

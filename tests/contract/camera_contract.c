@@ -115,7 +115,12 @@ static void check_frame(const struct frame *frame)
 	assert_int_equal(frame->width_px, granted.width_px);
 	assert_int_equal(frame->height_px, granted.height_px);
 	assert_int_equal(frame->format, granted.format);
-	assert_true(frame->stride_bytes >= frame->width_px);
+	if (frame->format == PIXEL_MJPEG)
+		assert_true(frame->size_bytes > 4);
+	else
+		assert_true((size_t)frame->stride_bytes >=
+			    pixel_row_bytes(frame->format, frame->width_px));
+	assert_int_equal(frame->bits, granted.bits);
 	assert_true(frame->uncertainty_ns >= 0 && frame->row_time_ns >= 0);
 	assert_true(frame->arrival_ns >= frame->mid_exposure_ns);
 	if (contract->live) {
@@ -129,10 +134,13 @@ static void check_frame(const struct frame *frame)
 /* Every byte can be read, and the picture is more than one colour. */
 static void check_pixels(const struct frame *frame)
 {
+	bool packed = frame->format == PIXEL_MJPEG;
+	long row_bytes = packed ? (long)frame->size_bytes
+				: (long)pixel_row_bytes(frame->format, frame->width_px);
 	int low = 255, high = 0;
 
-	for (int y = 0; y < frame->height_px; y++)
-		for (int x = 0; x < frame->width_px; x++) {
+	for (int y = 0; y < (packed ? 1 : frame->height_px); y++)
+		for (long x = 0; x < row_bytes; x++) {
 			int grey = frame->pixels[(long)y * frame->stride_bytes + x];
 
 			low = grey < low ? grey : low;

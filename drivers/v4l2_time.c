@@ -1,0 +1,78 @@
+/*
+ * All of it is sums of intervals: what is not known of a length is between its least and its most.
+ */
+#include "drivers/v4l2_time.h"
+
+#include <linux/videodev2.h>
+
+#include "base/clock.h"
+
+#define PERIOD_MAX_NS (40 * NS_PER_MS)     /* of a camera that tells no rate */
+#define INTERRUPT_NS (200 * NS_PER_US)     /* from the event to the reading of the clock */
+#define FIRST_BYTES_NS (4 * NS_PER_MS)     /* a USB transfer of 32 packets, told at its end */
+#define STAMP_NS NS_PER_US                 /* the stamp's resolution */
+#define STAMP_AGE_MAX_NS NS_PER_S          /* older: of another clock */
+#define STAMP_AHEAD_MAX_NS (1 * NS_PER_MS) /* after its own arrival: of another clock */
+
+struct interval {
+	int64_t low_ns, high_ns;
+};
+
+static struct interval plus(struct interval a, struct interval b)
+{
+	return (struct interval){a.low_ns + b.low_ns, a.high_ns + b.high_ns};
+}
+
+static struct interval minus(struct interval a, struct interval b)
+{
+	return (struct interval){a.low_ns - b.high_ns, a.high_ns - b.low_ns};
+}
+
+/* Within the period when it is not known. */
+static struct interval length_of(int64_t known_ns, const struct v4l2_timing *timing)
+{
+	int64_t most_ns = timing->period_ns > 0 ? timing->period_ns : PERIOD_MAX_NS;
+
+	return known_ns > 0 ? (struct interval){known_ns, known_ns} : (struct interval){0, most_ns};
+}
+
+static bool of_our_clock(const struct v4l2_stamp *stamp)
+{
+	int64_t age_ns = stamp->arrival_ns - stamp->stamp_ns;
+
+	return (stamp->flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC &&
+	       age_ns > -STAMP_AHEAD_MAX_NS && age_ns < STAMP_AGE_MAX_NS;
+}
+
+static struct interval middle(const struct v4l2_timing *timing, const struct v4l2_stamp *stamp)
+{
+	struct interval exposure = length_of(timing->exposure_ns, timing);
+	struct interval half = {exposure.low_ns / 2, exposure.high_ns / 2};
+	struct interval at = {stamp->not_yet_ns, stamp->arrival_ns};
+
+	if (of_our_clock(stamp)) {
+		bool is_start = (stamp->flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) ==
+				V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+		int64_t late_ns =
+			is_start && timing->stamps_first_bytes ? FIRST_BYTES_NS : INTERRUPT_NS;
+
+		at = (struct interval){stamp->stamp_ns - late_ns, stamp->stamp_ns + STAMP_NS};
+		if (is_start && !timing->stamps_first_bytes)
+			return plus(at, half);
+		if (is_start) /* read out from the end of the exposure on */
+			return minus(at, half);
+	}
+	return minus(minus(at, length_of(timing->readout_ns, timing)), half);
+}
+
+void v4l2_time(const struct v4l2_timing *timing, struct v4l2_stamp *stamp)
+{
+	struct interval m = middle(timing, stamp);
+
+	if (m.high_ns > stamp->arrival_ns)
+		m.high_ns = stamp->arrival_ns;
+	if (m.low_ns > m.high_ns)
+		m.low_ns = m.high_ns;
+	stamp->mid_exposure_ns = m.low_ns + (m.high_ns - m.low_ns) / 2;
+	stamp->uncertainty_ns = (m.high_ns - m.low_ns + 1) / 2;
+}

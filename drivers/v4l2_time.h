@@ -1,0 +1,31 @@
+/*
+ * From the time stamp on a buffer to the middle of the exposure. What the stamp marks is in the
+ * buffer's flags (kernel documentation, V4L2 "Timestamp" flags); what lies between that and the
+ * light is known, or has bounds. Pure; real-time safe.
+ */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Of a stream. */
+struct v4l2_timing {
+	int64_t period_ns;   /* 0: not known */
+	int64_t exposure_ns; /* 0: not known */
+	int64_t readout_ns;  /* 0: not known */
+	/* what the driver calls the start of the exposure is when the first of the picture's bytes
+	 * came to the host: uvcvideo without hardware time stamps */
+	bool stamps_first_bytes;
+};
+
+/* Of a buffer. */
+struct v4l2_stamp {
+	uint32_t flags;          /* v4l2_buffer.flags */
+	int64_t stamp_ns;        /* v4l2_buffer.timestamp */
+	int64_t not_yet_ns;      /* CLOCK_MONOTONIC at which the picture was surely not ready */
+	int64_t arrival_ns;      /* ... and at which it was handed out */
+	int64_t mid_exposure_ns; /* result, never after arrival_ns */
+	int64_t uncertainty_ns;  /* result, a bound */
+};
+
+void v4l2_time(const struct v4l2_timing *timing, struct v4l2_stamp *stamp);

@@ -1,0 +1,149 @@
+/*
+ * From V4L2 time stamps to the middle of the exposure: the truth lies within the bound, and the
+ * bound is no wider than what is not known.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+#include <linux/videodev2.h>
+
+#include "base/clock.h"
+#include "drivers/v4l2_time.h"
+
+#define BEGIN_NS (1000 * NS_PER_S)
+#define PERIOD_NS (8333 * NS_PER_US)
+#define EXPOSURE_NS (400 * NS_PER_US)
+#define READOUT_NS (5 * NS_PER_MS)
+#define TRUTH_NS (BEGIN_NS + EXPOSURE_NS / 2)
+#define END_NS (BEGIN_NS + EXPOSURE_NS + READOUT_NS)
+#define ARRIVAL_NS (END_NS + 50 * NS_PER_US)
+
+enum {
+	SOE = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_SOE,
+	AT_END = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC
+};
+
+static const struct v4l2_timing all_known = {
+	.period_ns = PERIOD_NS, .exposure_ns = EXPOSURE_NS, .readout_ns = READOUT_NS};
+
+static struct v4l2_stamp stamped(const struct v4l2_timing *timing, uint32_t flags, int64_t stamp_ns)
+{
+	struct v4l2_stamp stamp = {.flags = flags,
+				   .stamp_ns = stamp_ns,
+				   .not_yet_ns = ARRIVAL_NS - NS_PER_MS,
+				   .arrival_ns = ARRIVAL_NS};
+
+	v4l2_time(timing, &stamp);
+	return stamp;
+}
+
+static void assert_true_within(const struct v4l2_stamp *stamp, int64_t bound_ns)
+{
+	assert_true(llabs(stamp->mid_exposure_ns - TRUTH_NS) <= stamp->uncertainty_ns);
+	assert_true(stamp->uncertainty_ns <= bound_ns);
+	assert_true(stamp->mid_exposure_ns <= stamp->arrival_ns);
+}
+
+static void a_start_of_exposure_is_known_to_the_interrupt(void **state)
+{
+	(void)state;
+	for (int64_t late_ns = 0; late_ns <= 200 * NS_PER_US; late_ns += 50 * NS_PER_US) {
+		struct v4l2_stamp stamp = stamped(&all_known, SOE, BEGIN_NS + late_ns);
+
+		assert_true_within(&stamp, 110 * NS_PER_US);
+	}
+}
+
+static void an_end_of_frame_is_known_to_the_interrupt_where_the_readout_is(void **state)
+{
+	struct v4l2_stamp stamp = stamped(&all_known, AT_END, END_NS + 100 * NS_PER_US);
+
+	(void)state;
+	assert_true_within(&stamp, 110 * NS_PER_US);
+}
+
+static void an_unknown_readout_costs_half_a_period(void **state)
+{
+	(void)state;
+	for (int64_t readout_ns = 0; readout_ns <= PERIOD_NS; readout_ns += PERIOD_NS / 8) {
+		struct v4l2_timing timing = {.period_ns = PERIOD_NS, .exposure_ns = EXPOSURE_NS};
+		struct v4l2_stamp stamp = {.flags = AT_END,
+					   .stamp_ns = BEGIN_NS + EXPOSURE_NS + readout_ns,
+					   .arrival_ns = BEGIN_NS + EXPOSURE_NS + readout_ns};
+
+		v4l2_time(&timing, &stamp);
+		assert_true_within(&stamp, PERIOD_NS / 2 + 110 * NS_PER_US);
+	}
+}
+
+static void an_unknown_exposure_costs_a_quarter_of_a_period(void **state)
+{
+	struct v4l2_timing timing = {.period_ns = PERIOD_NS};
+	struct v4l2_stamp stamp = stamped(&timing, SOE, BEGIN_NS);
+
+	(void)state;
+	assert_true_within(&stamp, PERIOD_NS / 4 + 110 * NS_PER_US);
+}
+
+static void first_bytes_come_after_the_exposure(void **state)
+{
+	struct v4l2_timing timing = all_known;
+
+	(void)state;
+	timing.stamps_first_bytes = true;
+	for (int64_t late_ns = 0; late_ns <= 4 * NS_PER_MS; late_ns += NS_PER_MS) {
+		struct v4l2_stamp stamp = stamped(&timing, SOE, BEGIN_NS + EXPOSURE_NS + late_ns);
+
+		assert_true_within(&stamp, 2010 * NS_PER_US);
+	}
+}
+
+/* Whatever it says: it is of another clock, or of none. */
+static void a_stamp_that_is_not_of_our_clock_is_not_believed(void **state)
+{
+	static const struct {
+		uint32_t flags;
+		int64_t stamp_ns;
+	} wrong[] = {
+		{V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN, END_NS},
+		{V4L2_BUF_FLAG_TIMESTAMP_COPY, END_NS - PERIOD_NS},
+		{SOE, INT64_C(1700000000) * NS_PER_S}, /* the time of day */
+		{AT_END, 42},
+		{SOE, ARRIVAL_NS + 2 * NS_PER_MS},
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(wrong) / sizeof(wrong[0]); i++) {
+		struct v4l2_stamp stamp = stamped(&all_known, wrong[i].flags, wrong[i].stamp_ns);
+
+		assert_true_within(&stamp, 510 * NS_PER_US); /* half of what not_yet_ns leaves */
+	}
+}
+
+static void a_camera_that_tells_nothing_gets_a_wide_bound(void **state)
+{
+	struct v4l2_timing nothing = {0};
+	struct v4l2_stamp stamp = stamped(&nothing, AT_END, END_NS);
+
+	(void)state;
+	assert_true_within(&stamp, 31 * NS_PER_MS);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_start_of_exposure_is_known_to_the_interrupt),
+		cmocka_unit_test(an_end_of_frame_is_known_to_the_interrupt_where_the_readout_is),
+		cmocka_unit_test(an_unknown_readout_costs_half_a_period),
+		cmocka_unit_test(an_unknown_exposure_costs_a_quarter_of_a_period),
+		cmocka_unit_test(first_bytes_come_after_the_exposure),
+		cmocka_unit_test(a_stamp_that_is_not_of_our_clock_is_not_believed),
+		cmocka_unit_test(a_camera_that_tells_nothing_gets_a_wide_bound),
+	};
+
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
