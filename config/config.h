@@ -40,7 +40,7 @@ struct config {
 	uint32_t layout_count; /* at least one; an actor each */
 	char layout_paths[ACTOR_MAX][PATH_MAX];
 	char socket_dir[PATH_MAX];            /* stream.sock and control.sock; default /run/stage */
-	char trigger[64];                     /* address; default "free" */
+	char trigger[256];                    /* address; default "free" */
 	struct trigger_plan plan;             /* period from rate_hz (default 120) */
 	struct trigger_plan calibration_plan; /* while calibrating */
 	uint32_t camera_count;

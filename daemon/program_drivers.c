@@ -8,6 +8,7 @@
 #include "drivers/aravis.h"
 #include "drivers/files.h"
 #include "drivers/trigger_free.h"
+#include "drivers/trigger_gpio.h"
 #include "drivers/v4l2.h"
 #include "sim/world.h"
 
@@ -21,6 +22,7 @@ const struct camera_driver *const camera_drivers[] = {
 
 const struct trigger_driver *const trigger_drivers[] = {
 	&free_trigger_driver,
+	&gpio_trigger_driver,
 	&sim_trigger_driver,
 	NULL,
 };

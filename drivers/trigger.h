@@ -20,10 +20,28 @@ struct trigger_plan {
 	int64_t hd_delay_ns, hd_exposure_ns;
 };
 
+/* What went otherwise than planned in a shot, or was seen since the one before: bits of
+ * edge.events. docs/faults.md explains them. */
+enum pulse_event {
+	PULSE_STROBE_SHORT,   /* lit late: it burnt for less than 9/10 of its time */
+	PULSE_STROBE_SKIPPED, /* so late, or so soon after the last burn, that it stayed dark */
+	PULSE_STROBE_CUT,     /* the guard switched it off: this process stood still */
+	PULSE_HD_SKIPPED,     /* so late that HD cameras were not triggered */
+	PULSE_INPUT_MISSING,  /* no edge came back on the input line */
+	PULSE_INPUT_DOUBLED,  /* an edge too many on it */
+	PULSE_INPUT_JITTER,   /* an edge there that came at an unusual time */
+	PULSE_EVENT_COUNT
+};
+
+const char *pulse_event_name(enum pulse_event event); /* "strobe_short", ...; as in status */
+
 struct edge {
-	uint64_t shot;
-	int64_t edge_ns;        /* CLOCK_MONOTONIC */
+	uint64_t shot;          /* one more than the last one's, and `missed` */
+	int64_t edge_ns;        /* CLOCK_MONOTONIC; what the middle of the light counts from */
 	int64_t uncertainty_ns; /* bound on its error */
+	int64_t late_ns;        /* when the pulse was fired, after it should have been */
+	uint32_t missed;        /* periods right before this shot in which nothing was fired */
+	uint32_t events;        /* bits of enum pulse_event */
 };
 
 struct trigger_driver;
@@ -44,7 +62,9 @@ struct trigger_driver {
 	int (*arm)(struct trigger *trigger, const struct trigger_plan *plan, struct diag *diag);
 	void (*disarm)(struct trigger *trigger); /* all lines dark when it returns */
 
-	/* Waits for the next edge: 0, -ETIMEDOUT or -ENODEV. */
+	/* Waits for the next edge: 0, -ETIMEDOUT, or another error when the device is gone for
+	 * good: then it is closed and opened again. Numbers begin with 0 at arm; HD cameras are
+	 * fired in shots k with k % hd_divider == hd_phase. */
 	int (*next)(struct trigger *trigger, int64_t timeout_ns, struct edge *out);
 };
 

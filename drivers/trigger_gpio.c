@@ -1,0 +1,342 @@
+/*
+ * Trigger on GPIO lines: opens them dark, and lets a pulse train (pulse_train.h) say when which is
+ * lit. Every change is one system call between two readings of the clock. A strobe is lit only
+ * while the guard watches.
+ */
+#include "drivers/trigger_gpio.h"
+
+#include <errno.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/clock_virtual.h"
+#include "drivers/gpio_find.h"
+#include "drivers/trigger_guard.h"
+#include "drivers/trigger_plan.h"
+
+#define CONSUMER "stage trigger"
+#define SPIN_NS (40 * NS_PER_US)              /* before an edge: about what a wake-up takes */
+#define GRACE_MIN_NS (100 * NS_PER_US)        /* that a burn may last beyond its time */
+#define INPUT_UNCERTAINTY_NS (20 * NS_PER_US) /* from the edge to the kernel's stamp */
+#define EDGES_PER_READ 16
+
+struct gpio_trigger {
+	struct trigger base;
+	/* set when opened */
+	char who[2 * GPIO_NAME_BYTES];
+	struct gpio_outputs *outputs; /* NULL: it fires nothing itself */
+	struct gpio_input *input;     /* NULL: none */
+	struct pulse_source source;
+	uint32_t output_count;
+	uint32_t level_bits[PULSE_LINE_COUNT]; /* of the wire; 0: none */
+	uint32_t dark_levels;
+	/* set when armed */
+	struct trigger_guard guard;
+	int64_t grace_ns;
+	_Atomic bool armed;
+	/* trigger thread */
+	struct pulse_train train;
+	uint32_t levels; /* as set last */
+};
+
+static bool is_wired(const struct gpio_trigger *trigger, enum pulse_line line)
+{
+	return trigger->source.wired & PULSE_BIT(line);
+}
+
+static int open_outputs(struct gpio_trigger *trigger, struct gpio_chip *chip,
+			const struct gpio_address *address, struct diag *diag)
+{
+	uint32_t offsets[PULSE_LINE_COUNT];
+
+	for (int l = 0; l < PULSE_LINE_COUNT; l++) {
+		const struct gpio_address_line *line = &address->lines[l];
+		uint32_t *offset = &offsets[trigger->output_count];
+
+		if (!*line->name)
+			continue;
+		int err = gpio_find_line(chip, line->name, offset, trigger->who, diag);
+		if (err)
+			return err;
+		trigger->level_bits[l] = UINT32_C(1) << trigger->output_count++;
+		trigger->dark_levels |= line->active_low ? trigger->level_bits[l] : 0;
+		trigger->source.wired |= PULSE_BIT(l);
+	}
+	trigger->levels = trigger->dark_levels;
+	if (!trigger->output_count)
+		return 0;
+	int err = gpio_outputs_request(&trigger->outputs, chip, CONSUMER, offsets,
+				       trigger->output_count, trigger->dark_levels);
+	if (err)
+		diag_add(diag, "%s: cannot take its lines as outputs: %s", trigger->who,
+			 strerror(-err));
+	return err;
+}
+
+static int open_input(struct gpio_trigger *trigger, struct gpio_chip *chip,
+		      const struct gpio_address *address, struct diag *diag)
+{
+	const struct gpio_address_line *line = &address->lines[GPIO_INPUT];
+	uint32_t offset;
+
+	if (!*line->name)
+		return 0;
+	int err = gpio_find_line(chip, line->name, &offset, trigger->who, diag);
+	if (err)
+		return err;
+	trigger->source.paced_by_input = address->genlock;
+	trigger->source.reports_exposure = !address->genlock;
+	trigger->source.uncertainty_ns = INPUT_UNCERTAINTY_NS;
+	err = gpio_input_request(&trigger->input, chip, CONSUMER, offset, line->active_low);
+	if (err)
+		diag_add(diag,
+			 "%s: cannot watch line %s for edges: %s; take a line that has interrupts",
+			 trigger->who, line->name, strerror(-err));
+	return err;
+}
+
+static void gpio_close(struct trigger *base)
+{
+	struct gpio_trigger *trigger = (struct gpio_trigger *)base;
+
+	if (!trigger)
+		return;
+	if (trigger->outputs)
+		gpio_outputs_set(trigger->outputs, trigger->dark_levels);
+	trigger_guard_stop(&trigger->guard);
+	gpio_outputs_release(trigger->outputs);
+	gpio_input_release(trigger->input);
+	free(trigger);
+}
+
+static int gpio_open(struct trigger **out, const char *rest, struct diag *diag)
+{
+	struct gpio_trigger *trigger = calloc(1, sizeof(*trigger));
+	struct gpio_address address;
+	struct gpio_chip *chip;
+
+	if (!trigger) {
+		diag_add(diag, "trigger gpio: out of memory");
+		return -ENOMEM;
+	}
+	trigger->base.driver = &gpio_trigger_driver;
+	snprintf(trigger->who, sizeof(trigger->who), "trigger gpio:%.*s",
+		 (int)(strcspn(rest, ",") % GPIO_NAME_BYTES), rest);
+	int err = gpio_address_parse(&address, rest, trigger->who, diag);
+	if (!err)
+		err = gpio_find_chip(&chip, address.chip, trigger->who, diag);
+	if (err) {
+		free(trigger);
+		return err;
+	}
+	err = open_outputs(trigger, chip, &address, diag);
+	if (!err)
+		err = open_input(trigger, chip, &address, diag);
+	gpio_chip_close(chip);
+	if (err) {
+		gpio_close(&trigger->base);
+		return err;
+	}
+	*out = &trigger->base;
+	return 0;
+}
+
+/* What a single burn may last beyond its time: up to the strobe's share of a period. */
+static int64_t grace_ns_of(const struct trigger_plan *plan)
+{
+	double duty = plan->strobe_duty_max > 0 ? plan->strobe_duty_max : STROBE_DUTY_MAX_DEFAULT;
+	int64_t spare_ns = (int64_t)(duty * (double)plan->period_ns) - plan->strobe_width_ns;
+
+	return spare_ns > GRACE_MIN_NS ? spare_ns : GRACE_MIN_NS;
+}
+
+/* Edges from before are nobody's. */
+static int forget_edges(struct gpio_trigger *trigger)
+{
+	int64_t edges_ns[EDGES_PER_READ];
+	int count = 0;
+
+	do
+		count = trigger->input ? gpio_input_read(trigger->input, edges_ns, EDGES_PER_READ)
+				       : 0;
+	while (count == EDGES_PER_READ);
+	return count < 0 ? count : 0;
+}
+
+static int gpio_arm(struct trigger *base, const struct trigger_plan *plan, struct diag *diag)
+{
+	struct gpio_trigger *trigger = (struct gpio_trigger *)base;
+	int err = trigger_plan_check(plan, trigger->who + strlen("trigger "), diag);
+
+	if (err)
+		return err;
+	err = forget_edges(trigger);
+	if (!err && trigger->outputs)
+		err = gpio_outputs_set(trigger->outputs, trigger->dark_levels);
+	if (err) {
+		diag_add(diag, "%s: the chip does not answer: %s; plug it in", trigger->who,
+			 strerror(-err));
+		return err;
+	}
+	bool strobes = is_wired(trigger, PULSE_STROBE) && plan->strobe_width_ns > 0;
+	if (strobes && !trigger_guard_lives(&trigger->guard)) {
+		trigger_guard_stop(&trigger->guard);
+		err = trigger_guard_start(&trigger->guard, gpio_outputs_fd(trigger->outputs),
+					  trigger->output_count, trigger->dark_levels, trigger->who,
+					  diag);
+		if (err)
+			return err;
+	}
+	trigger->levels = trigger->dark_levels;
+	trigger->grace_ns = grace_ns_of(plan);
+	pulse_train_begin(&trigger->train, plan, &trigger->source, clock_now_ns());
+	atomic_store(&trigger->armed, true);
+	return 0;
+}
+
+/* Control thread; the trigger thread may hang or be about to wake up. */
+static void gpio_disarm(struct trigger *base)
+{
+	struct gpio_trigger *trigger = (struct gpio_trigger *)base;
+
+	atomic_store(&trigger->armed, false);
+	if (trigger->outputs)
+		gpio_outputs_set(trigger->outputs, trigger->dark_levels);
+	if (trigger->guard.pid)
+		trigger_guard_rest(&trigger->guard);
+}
+
+static uint32_t levels_of(const struct gpio_trigger *trigger, uint32_t lit)
+{
+	uint32_t levels = trigger->dark_levels;
+
+	for (int l = 0; l < PULSE_LINE_COUNT; l++)
+		if (lit >> l & 1)
+			levels ^= trigger->level_bits[l];
+	return levels;
+}
+
+static int set_lines(struct gpio_trigger *trigger, uint32_t lit)
+{
+	uint32_t levels = levels_of(trigger, lit);
+
+	if (levels == trigger->levels)
+		return 0;
+	if (!atomic_load(&trigger->armed))
+		return -ENODEV;
+	int err = gpio_outputs_set(trigger->outputs, levels);
+	if (err)
+		return err;
+	trigger->levels = levels;
+	if (!atomic_load(&trigger->armed)) /* while it was set */
+		gpio_outputs_set(trigger->outputs, trigger->dark_levels);
+	return 0;
+}
+
+/* Whatever is to be done now. */
+static int step(struct gpio_trigger *trigger)
+{
+	struct pulse_train *train = &trigger->train;
+	uint32_t was = train->lit, lit = pulse_train_step(train, clock_now_ns());
+
+	if (lit == was)
+		return 0;
+	if (lit & ~was & PULSE_BIT(PULSE_STROBE)) {
+		if (!trigger_guard_lives(&trigger->guard))
+			return -EOWNERDEAD;
+		trigger_guard_watch(&trigger->guard,
+				    train->pulses[PULSE_STROBE].off_ns + trigger->grace_ns);
+	}
+	int64_t before_ns = clock_now_ns();
+	int err = set_lines(trigger, lit);
+	int64_t after_ns = clock_now_ns();
+
+	if (err)
+		return err;
+	if (was & ~lit & PULSE_BIT(PULSE_STROBE))
+		trigger_guard_rest(&trigger->guard);
+	pulse_train_done(train, lit, before_ns, after_ns);
+	return 0;
+}
+
+static int read_input(struct gpio_trigger *trigger)
+{
+	int64_t edges_ns[EDGES_PER_READ];
+	int count = gpio_input_read(trigger->input, edges_ns, EDGES_PER_READ);
+
+	for (int i = 0; i < count; i++)
+		if (trigger->source.paced_by_input)
+			pulse_train_pace(&trigger->train, edges_ns[i]);
+		else
+			pulse_train_exposed(&trigger->train, edges_ns[i]);
+	return count < 0 ? count : 0;
+}
+
+/* Sleeps, then reads the clock until it is time, for SPIN_NS at most. */
+static void sleep_exactly_until(int64_t wake_ns)
+{
+	clock_sleep_until(clock_is_virtual() ? wake_ns : wake_ns - SPIN_NS);
+	while (clock_now_ns() < wake_ns)
+		;
+}
+
+/* Until there is something to do: 0, -ETIMEDOUT, or what is wrong with the input. */
+static int wait_for_work(struct gpio_trigger *trigger, int64_t give_up_ns)
+{
+	int64_t due_ns = pulse_train_due_ns(&trigger->train);
+	bool by_input = trigger->source.paced_by_input && !trigger->train.under_way &&
+			trigger->train.next_ns == PULSE_NEVER;
+
+	if (by_input && due_ns > clock_now_ns()) {
+		int err =
+			gpio_input_wait(trigger->input, due_ns < give_up_ns ? due_ns : give_up_ns);
+
+		if (err == -ETIMEDOUT)
+			return due_ns <= give_up_ns ? 0 : err;
+		return err ? err : read_input(trigger);
+	}
+	if (due_ns > give_up_ns) {
+		clock_sleep_until(give_up_ns);
+		return -ETIMEDOUT;
+	}
+	sleep_exactly_until(due_ns);
+	return 0;
+}
+
+static int gpio_next(struct trigger *base, int64_t timeout_ns, struct edge *out)
+{
+	struct gpio_trigger *trigger = (struct gpio_trigger *)base;
+	struct pulse_train *train = &trigger->train;
+	int64_t give_up_ns = clock_now_ns() + timeout_ns;
+
+	if (!atomic_load(&trigger->armed))
+		return -ENODEV;
+	for (;;) {
+		int err = wait_for_work(trigger, give_up_ns);
+
+		if (!err)
+			err = step(trigger);
+		if (!err && trigger->source.reports_exposure && train->under_way &&
+		    train->report_ns <= clock_now_ns())
+			err = read_input(trigger);
+		if (err)
+			return err;
+		if (pulse_train_report(train, clock_now_ns(), out))
+			break;
+	}
+	if (trigger_guard_has_cut(&trigger->guard))
+		out->events |= UINT32_C(1) << PULSE_STROBE_CUT;
+	return 0;
+}
+
+const struct trigger_driver gpio_trigger_driver = {
+	.name = "gpio",
+	.reports_edges = true,
+	.open = gpio_open,
+	.close = gpio_close,
+	.arm = gpio_arm,
+	.disarm = gpio_disarm,
+	.next = gpio_next,
+};

@@ -1,0 +1,50 @@
+/*
+ * drivers/trigger_guard.h without a process.
+ */
+#include "tests/gpio/fake_guard.h"
+
+#include "drivers/trigger_guard.h"
+
+struct fake_guard fake_guard;
+
+int trigger_guard_start(struct trigger_guard *guard, int lines_fd, uint32_t count,
+			uint32_t dark_levels, const char *who, struct diag *diag)
+{
+	(void)lines_fd, (void)count, (void)dark_levels, (void)who, (void)diag;
+	guard->pid = 1;
+	fake_guard.starts++;
+	fake_guard.dead = false;
+	return 0;
+}
+
+void trigger_guard_stop(struct trigger_guard *guard)
+{
+	guard->pid = 0;
+	fake_guard.until_ns = 0;
+}
+
+void trigger_guard_watch(struct trigger_guard *guard, int64_t until_ns)
+{
+	(void)guard;
+	fake_guard.until_ns = until_ns;
+	fake_guard.untils_ns[fake_guard.watches++ % FAKE_GUARD_WATCHES] = until_ns;
+}
+
+void trigger_guard_rest(struct trigger_guard *guard)
+{
+	(void)guard;
+	fake_guard.until_ns = 0;
+}
+
+bool trigger_guard_lives(const struct trigger_guard *guard)
+{
+	return guard->pid && !fake_guard.dead;
+}
+
+bool trigger_guard_has_cut(struct trigger_guard *guard)
+{
+	bool cut = fake_guard.cut_count != guard->cuts_seen;
+
+	guard->cuts_seen = fake_guard.cut_count;
+	return cut;
+}
