@@ -1,5 +1,11 @@
-# Cases of a test in shell: check NAME COMMAND..., at last tell.
+# For a test in shell: run PROGRAM... for programs that tell their own cases, check NAME COMMAND...
+# for a case of the script, and at last tell.
 cases=0 broken=0
+
+run() {
+	echo "# $*"
+	"$@" || broken=1
+}
 
 check() {
 	name=$1
@@ -14,6 +20,5 @@ check() {
 }
 
 tell() {
-	echo "1..$cases"
 	exit $broken
 }
