@@ -8,7 +8,7 @@
 #include "base/clock.h"
 #include "drivers/v4l2_device.h"
 
-#define FORMATS_MAX 64
+#define FORMATS_MAX 128
 #define SIZES_MAX 64
 #define INTERVAL_UNITS_PER_S 10000000 /* 100 ns, as USB cameras count */
 

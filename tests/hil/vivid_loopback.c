@@ -11,9 +11,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <cmocka.h>
+#include <linux/videodev2.h>
 
 #include "base/clock.h"
 #include "sim/render.h"
@@ -62,12 +65,54 @@ static void find_blobs(struct blob_finder *finder, const uint8_t *pixels, int st
 	blob_finder_run(finder, &image, out);
 }
 
-/* Each picture for some frames, again and again. */
+/* The output's buffers, one per picture, are mapped, filled once and queued again and again. */
+static void queue_picture(int fd, uint32_t index)
+{
+	struct v4l2_buffer buffer = {.type = V4L2_BUF_TYPE_VIDEO_OUTPUT,
+				     .memory = V4L2_MEMORY_MMAP,
+				     .index = index,
+				     .bytesused = sizeof(pictures[0])};
+
+	if (ioctl(fd, VIDIOC_QBUF, &buffer))
+		perror("output: queue");
+}
+
+static void start_output(int fd)
+{
+	struct v4l2_requestbuffers request = {
+		.type = V4L2_BUF_TYPE_VIDEO_OUTPUT, .memory = V4L2_MEMORY_MMAP, .count = PICTURES};
+	int type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+
+	assert_int_equal(ioctl(fd, VIDIOC_REQBUFS, &request), 0);
+	assert_int_equal(request.count, PICTURES);
+	for (uint32_t p = 0; p < PICTURES; p++) {
+		struct v4l2_buffer buffer = {
+			.type = V4L2_BUF_TYPE_VIDEO_OUTPUT, .memory = V4L2_MEMORY_MMAP, .index = p};
+
+		assert_int_equal(ioctl(fd, VIDIOC_QUERYBUF, &buffer), 0);
+		assert_true(buffer.length >= sizeof(pictures[p]));
+		void *at = mmap(NULL, buffer.length, PROT_READ | PROT_WRITE, MAP_SHARED, fd,
+				buffer.m.offset);
+
+		assert_true(at != MAP_FAILED);
+		memcpy(at, pictures[p], sizeof(pictures[p]));
+		munmap(at, buffer.length);
+		queue_picture(fd, p);
+	}
+	assert_int_equal(ioctl(fd, VIDIOC_STREAMON, &type), 0);
+}
+
 static void *write_pictures(void *fd)
 {
-	for (int i = 0; !atomic_load(&ends); i++)
-		if (write(*(int *)fd, pictures[i / 4 % PICTURES], sizeof(pictures[0])) < 0)
-			perror(output_node);
+	while (!atomic_load(&ends)) {
+		struct v4l2_buffer buffer = {.type = V4L2_BUF_TYPE_VIDEO_OUTPUT,
+					     .memory = V4L2_MEMORY_MMAP};
+
+		if (ioctl(*(int *)fd, VIDIOC_DQBUF, &buffer))
+			perror("output: dequeue");
+		else
+			queue_picture(*(int *)fd, buffer.index);
+	}
 	return NULL;
 }
 
@@ -90,8 +135,7 @@ static void rendered_pictures_come_back_with_the_same_spots(void **state)
 	struct v4l2_stream stream;
 	struct blob_finder *finder;
 	struct blob_settings settings = blob_settings_default();
-	int fd = open(output_node, O_WRONLY | O_CLOEXEC), seen_mask = 0, recognised = 0,
-	    strange = 0;
+	int fd = open(output_node, O_RDWR | O_CLOEXEC), seen_mask = 0, recognised = 0, strange = 0;
 	pthread_t writer;
 
 	(void)state;
@@ -102,6 +146,7 @@ static void rendered_pictures_come_back_with_the_same_spots(void **state)
 		find_blobs(finder, pictures[p][0], WIDTH_PX, &truths[p]);
 		assert_true(truths[p].blob_count > 20);
 	}
+	start_output(fd);
 	assert_int_equal(pthread_create(&writer, NULL, write_pictures, &fd), 0);
 	v4l2_stream_start(&stream, capture_node, &wanted);
 	for (int i = 0; i < FRAMES_MAX && recognised < 20; i++) {
