@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "config/config_camera.h"
 #include "config/masks.h"
 #include "config/plan.h"
 #include "config/yaml.h"
@@ -29,34 +30,6 @@ struct reading {
 	struct config config;
 	struct plan_places plan;
 };
-
-static const char *const roles[] = {"ir", "hd", NULL};
-
-#define CAMERA_AT(member) offsetof(struct config_camera, member)
-
-static void read_mask(struct yaml *yaml, const struct yaml_value *value, void *target)
-{
-	mask_read(yaml, value, &((struct config_camera *)target)->mask);
-}
-
-static const struct yaml_key camera_keys[] = {
-	{"name", YAML_NAME, CAMERA_AT(name), true, .size = NAME_BYTES},
-	{"address", YAML_TEXT, CAMERA_AT(address), true,
-	 .size = sizeof(((struct config_camera *)0)->address)},
-	{"role", YAML_CHOICE, CAMERA_AT(role), .choices = roles},
-	{"width", YAML_INT, CAMERA_AT(wanted.width_px), .min = 32, .max = 16384, .unit = "pixels"},
-	{"height", YAML_INT, CAMERA_AT(wanted.height_px), .min = 32, .max = 16384,
-	 .unit = "pixels"},
-	{"exposure_us", YAML_MICROS, CAMERA_AT(wanted.exposure_ns), .min = 1, .max = 1e6,
-	 .unit = "microseconds"},
-	{"gain_db", YAML_DOUBLE, CAMERA_AT(wanted.gain_db), .min = 0, .max = 60,
-	 .unit = "decibels"},
-	{"mask", YAML_CUSTOM, .read = read_mask},
-	{"electrons_per_grey", YAML_DOUBLE, CAMERA_AT(electrons_per_grey), .min = 0.01, .max = 1e5},
-	{0},
-};
-
-enum { CAMERA_NAME, CAMERA_ADDRESS, CAMERA_KEYS_SEEN = sizeof(camera_keys) / sizeof(*camera_keys) };
 
 static const struct yaml_key blob_keys[] = {
 	{"threshold_sigma",
@@ -140,62 +113,9 @@ static void read_sim(struct yaml *yaml, const struct yaml_value *value, void *ta
 	config->sim_clock_column = places[SIM_CLOCK].column;
 }
 
-/* driver:rest, with a driver of small letters and digits. */
-static void check_address(struct yaml *yaml, const struct config_camera *camera,
-			  struct yaml_place place, const char *field)
-{
-	size_t driver = strspn(camera->address, "abcdefghijklmnopqrstuvwxyz0123456789");
-
-	if (driver > 0 && camera->address[driver] == ':' && camera->address[driver + 1])
-		return;
-	yaml_complain(yaml, place, field,
-		      "'%.64s' is not driver:device, for example aravis:192.168.1.7",
-		      camera->address);
-}
-
-static void check_doubled(struct yaml *yaml, const struct config *config,
-			  const struct config_camera *camera, const struct yaml_place *places,
-			  const char *field)
-{
-	char part[YAML_FIELD_BYTES + 16];
-
-	for (uint32_t i = 0; i < config->camera_count; i++) {
-		const struct config_camera *other = &config->cameras[i];
-
-		if (*camera->name && strcmp(camera->name, other->name) == 0) {
-			snprintf(part, sizeof(part), "%s.name", field);
-			yaml_complain(yaml, places[CAMERA_NAME], part,
-				      "'%s' is already the camera of line %d", camera->name,
-				      other->line);
-		}
-		if (*camera->address && strcmp(camera->address, other->address) == 0) {
-			snprintf(part, sizeof(part), "%s.address", field);
-			yaml_complain(yaml, places[CAMERA_ADDRESS], part,
-				      "'%.64s' is already the address of the camera of line %d",
-				      camera->address, other->line);
-		}
-	}
-}
-
 static void read_camera(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
-	struct config *config = target;
-	struct yaml_place places[CAMERA_KEYS_SEEN];
-	struct config_camera camera = {.line = value->place.line, .column = value->place.column};
-	char part[YAML_FIELD_BYTES + 16];
-
-	memset(places, 0, sizeof(places));
-	yaml_read_mapping(yaml, value, camera_keys, &camera, places);
-	snprintf(part, sizeof(part), "%s.address", value->field);
-	if (*camera.address)
-		check_address(yaml, &camera, places[CAMERA_ADDRESS], part);
-	check_doubled(yaml, config, &camera, places, value->field);
-	if (camera.role == ROLE_HD && camera.mask.area_count)
-		yaml_complain(
-			yaml, value->place, value->field,
-			"mask: only of a camera with the role ir, in whose images spots are found");
-	camera.wanted.format = camera.role == ROLE_HD ? PIXEL_BAYER_RG8 : PIXEL_GREY8;
-	config->cameras[config->camera_count++] = camera;
+	camera_read(yaml, value, target);
 }
 
 static void read_cameras(struct yaml *yaml, const struct yaml_value *value, void *target)

@@ -28,6 +28,7 @@ struct config_camera {
 	char address[256]; /* driver:rest; paths in it are relative to base_dir */
 	enum camera_role role;
 	struct camera_mode wanted; /* zero fields: the device's own choice */
+	bool has_format;           /* the format is written down; else any that serves */
 	struct mask mask;          /* spots there do not count */
 	double electrons_per_grey; /* of its sensor; 0: that of `blobs` */
 	int line, column;          /* of the camera in the file, for messages */

@@ -316,6 +316,40 @@ void yaml_read_mapping(struct yaml *yaml, const struct yaml_value *value,
 	}
 }
 
+bool yaml_next_pair(struct yaml *yaml, const struct yaml_value *mapping, void **iterator,
+		    char *name, size_t name_bytes, struct yaml_value *item,
+		    char field[YAML_FIELD_BYTES])
+{
+	struct fy_node_pair *pair;
+	const char *text = NULL;
+	size_t length = 0;
+
+	if (!mapping->node || !fy_node_is_mapping(mapping->node)) {
+		yaml_complain(yaml, mapping->place, mapping->field, "expected 'name: value' lines");
+		return false;
+	}
+	pair = fy_node_mapping_iterate(mapping->node, iterator);
+	if (!pair)
+		return false;
+
+	struct fy_node *key = fy_node_pair_key(pair), *node = fy_node_pair_value(pair);
+	struct yaml_place place = place_of(key, mapping->place);
+
+	if (key && fy_node_is_scalar(key) && !fy_node_is_alias(key))
+		text = fy_node_get_scalar(key, &length);
+	if (!text || length == 0 || length >= name_bytes || memchr(text, 0, length)) {
+		yaml_complain(yaml, place, mapping->field,
+			      "a name must be a plain word of at most %zu characters",
+			      name_bytes - 1);
+		return false;
+	}
+	memcpy(name, text, length);
+	name[length] = '\0';
+	join_field(field, mapping->field, name, length);
+	*item = (struct yaml_value){node, field, place_of(node, place)};
+	return true;
+}
+
 bool yaml_next_item(struct yaml *yaml, const struct yaml_value *sequence, void **iterator,
 		    int *index, struct yaml_value *item, char field[YAML_FIELD_BYTES])
 {

@@ -94,3 +94,9 @@ int yaml_read_list(struct yaml *yaml, const struct yaml_value *list, int max, co
  * *iterator = NULL and *index = -1. `field` is the room for the item's name. */
 bool yaml_next_item(struct yaml *yaml, const struct yaml_value *sequence, void **iterator,
 		    int *index, struct yaml_value *item, char field[YAML_FIELD_BYTES]);
+
+/* Steps through a mapping whose keys are the file's own; false at its end or, with a message, when
+ * it is none. Start with *iterator = NULL. `name` gets the key. */
+bool yaml_next_pair(struct yaml *yaml, const struct yaml_value *mapping, void **iterator,
+		    char *name, size_t name_bytes, struct yaml_value *item,
+		    char field[YAML_FIELD_BYTES]);

@@ -12,6 +12,14 @@ static int check_images(const struct stage *stage, uint32_t index,
 {
 	const struct config_camera *camera = &stage->config.cameras[index];
 
+	if (camera->has_format && granted->format != camera->wanted.format) {
+		diag_add(diag,
+			 "camera %s: %s gives %s where its format is %s: take the format out, or "
+			 "choose one that the camera has",
+			 camera->name, camera->address, pixel_format_name(granted->format),
+			 pixel_format_name(camera->wanted.format));
+		return -EINVAL;
+	}
 	if (camera->role != ROLE_IR)
 		return 0;
 	if (granted->format != PIXEL_GREY8) {

@@ -10,6 +10,7 @@
 
 #define FORMATS_MAX 128
 #define SIZES_MAX 64
+#define RATES_MAX 64
 #define INTERVAL_UNITS_PER_S 10000000 /* 100 ns, as USB cameras count */
 
 static const struct known {
@@ -118,11 +119,41 @@ static int choose_format(struct mode_setting *s)
 	return 0;
 }
 
-/* The largest of the sizes that the device lists, or with `list` all of them in words. */
+/* 0 where the device does not tell. */
+static int64_t interval_ns(const struct v4l2_fract *interval)
+{
+	if (!interval->numerator || !interval->denominator)
+		return 0;
+	return (int64_t)((uint64_t)interval->numerator * NS_PER_S / interval->denominator);
+}
+
+/* Of frames of this size: as fast as is wanted, to a percent; also where the device does not tell.
+ */
+static bool keeps_rate(const struct mode_setting *s, const struct v4l2_frmsize_discrete *size)
+{
+	struct v4l2_frmivalenum rate = {
+		.pixel_format = s->chosen->fourcc, .width = size->width, .height = size->height};
+	int64_t enough_ns = s->wanted->period_ns + s->wanted->period_ns / 100;
+
+	if (s->wanted->period_ns <= 0)
+		return true;
+	for (; rate.index < RATES_MAX &&
+	       v4l2_ask(s->device->fd, VIDIOC_ENUM_FRAMEINTERVALS, &rate) == 0;
+	     rate.index++)
+		if (rate.type != V4L2_FRMIVAL_TYPE_DISCRETE)
+			return interval_ns(&rate.stepwise.min) <= enough_ns;
+		else if (interval_ns(&rate.discrete) <= enough_ns)
+			return true;
+	return rate.index == 0;
+}
+
+/* The largest of the sizes that the device lists, of those that keep the rate if any does; with
+ * `list` all of them in words. */
 static void read_sizes(const struct mode_setting *s, struct v4l2_frmsize_discrete *largest,
 		       char *list, size_t list_bytes)
 {
 	struct v4l2_frmsizeenum size = {.pixel_format = s->chosen->fourcc};
+	bool largest_keeps = false;
 	size_t used = 0;
 
 	for (; size.index < SIZES_MAX &&
@@ -130,9 +161,13 @@ static void read_sizes(const struct mode_setting *s, struct v4l2_frmsize_discret
 	       size.type == V4L2_FRMSIZE_TYPE_DISCRETE;
 	     size.index++) {
 		const struct v4l2_frmsize_discrete *d = &size.discrete;
+		bool keeps = keeps_rate(s, d);
+		bool larger =
+			(uint64_t)d->width * d->height > (uint64_t)largest->width * largest->height;
 
-		if ((uint64_t)d->width * d->height > (uint64_t)largest->width * largest->height)
+		if ((keeps && !largest_keeps) || (keeps == largest_keeps && larger))
 			*largest = *d;
+		largest_keeps = largest_keeps || keeps;
 		if (list && used + 24 < list_bytes)
 			used += (size_t)sprintf(list + used, "%s%ux%u", used ? ", " : "", d->width,
 						d->height);
@@ -190,14 +225,6 @@ static int set_format(const struct mode_setting *s, struct v4l2_pix_format *out)
 	if (!error)
 		*out = format.fmt.pix;
 	return error;
-}
-
-/* 0 where the device does not tell. */
-static int64_t interval_ns(const struct v4l2_fract *interval)
-{
-	if (!interval->numerator || !interval->denominator)
-		return 0;
-	return (int64_t)((uint64_t)interval->numerator * NS_PER_S / interval->denominator);
 }
 
 static int set_rate(const struct mode_setting *s, int64_t *period_ns)

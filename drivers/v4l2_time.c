@@ -11,7 +11,7 @@
 #define INTERRUPT_NS (200 * NS_PER_US)     /* from the event to the reading of the clock */
 #define FIRST_BYTES_NS (4 * NS_PER_MS)     /* a USB transfer of 32 packets, told at its end */
 #define STAMP_NS NS_PER_US                 /* the stamp's resolution */
-#define STAMP_AGE_MAX_NS NS_PER_S          /* older: of another clock */
+#define STAMP_BEFORE_MAX_NS NS_PER_S       /* before the stream began: of another clock */
 #define STAMP_AHEAD_MAX_NS (1 * NS_PER_MS) /* after its own arrival: of another clock */
 
 struct interval {
@@ -36,12 +36,11 @@ static struct interval length_of(int64_t known_ns, const struct v4l2_timing *tim
 	return known_ns > 0 ? (struct interval){known_ns, known_ns} : (struct interval){0, most_ns};
 }
 
-static bool of_our_clock(const struct v4l2_stamp *stamp)
+static bool of_our_clock(const struct v4l2_timing *timing, const struct v4l2_stamp *stamp)
 {
-	int64_t age_ns = stamp->arrival_ns - stamp->stamp_ns;
-
 	return (stamp->flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC &&
-	       age_ns > -STAMP_AHEAD_MAX_NS && age_ns < STAMP_AGE_MAX_NS;
+	       stamp->stamp_ns > timing->begin_ns - STAMP_BEFORE_MAX_NS &&
+	       stamp->stamp_ns < stamp->arrival_ns + STAMP_AHEAD_MAX_NS;
 }
 
 static struct interval middle(const struct v4l2_timing *timing, const struct v4l2_stamp *stamp)
@@ -50,7 +49,7 @@ static struct interval middle(const struct v4l2_timing *timing, const struct v4l
 	struct interval half = {exposure.low_ns / 2, exposure.high_ns / 2};
 	struct interval at = {stamp->not_yet_ns, stamp->arrival_ns};
 
-	if (of_our_clock(stamp)) {
+	if (of_our_clock(timing, stamp)) {
 		bool is_start = (stamp->flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) ==
 				V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
 		int64_t late_ns =

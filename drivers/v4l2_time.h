@@ -10,6 +10,7 @@
 
 /* Of a stream. */
 struct v4l2_timing {
+	int64_t begin_ns;    /* CLOCK_MONOTONIC when it began */
 	int64_t period_ns;   /* 0: not known */
 	int64_t exposure_ns; /* 0: not known */
 	int64_t readout_ns;  /* 0: not known */

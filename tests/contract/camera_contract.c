@@ -22,7 +22,7 @@ static struct camera_mode granted;
 
 static int open_camera(void **state)
 {
-	struct camera_mode wanted = {.format = contract->format};
+	struct camera_mode wanted = {.format = contract->format, .period_ns = contract->period_ns};
 	struct diag diag = {0};
 
 	(void)state;

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/clock.h"
 #include "drivers/v4l2.h"
 #include "tests/contract/camera_contract.h"
 
@@ -17,6 +18,7 @@ int main(int argc, char **argv)
 		.driver = &v4l2_camera_driver,
 		.rest = rest,
 		.bad_rest = "/dev/video-none",
+		.period_ns = NS_PER_S / 30,
 		.live = true,
 		.frame_count = 8,
 	};

@@ -62,8 +62,21 @@ static int enumerate_sizes(const struct fake *fake, struct v4l2_frmsizeenum *siz
 	if (size->index > 1)
 		return fail(EINVAL);
 	size->type = V4L2_FRMSIZE_TYPE_DISCRETE;
-	size->discrete.width = (uint32_t)fake->width >> (1 - size->index); /* a half, then all */
-	size->discrete.height = (uint32_t)fake->height >> (1 - size->index);
+	size->discrete.width =
+		(uint32_t)fake->full_width >> (1 - size->index); /* a half, then all */
+	size->discrete.height = (uint32_t)fake->full_height >> (1 - size->index);
+	return 0;
+}
+
+/* Half the size goes at 500 Hz, the whole at 200. */
+static int enumerate_rates(const struct fake *fake, struct v4l2_frmivalenum *rate)
+{
+	bool whole = rate->width == (uint32_t)fake->full_width;
+
+	if (rate->index > 1)
+		return fail(EINVAL);
+	rate->type = V4L2_FRMIVAL_TYPE_DISCRETE;
+	rate->discrete = (struct v4l2_fract){1, rate->index == 0 ? 30 : whole ? 200 : 500};
 	return 0;
 }
 
@@ -93,6 +106,10 @@ static int set_wanted_format(struct fake *fake, struct v4l2_pix_format *pix)
 {
 	if (is_busy(fake) || fake->buffer_count)
 		return fail(EBUSY);
+	long half = pix->width == (uint32_t)fake->full_width / 2;
+
+	fake->width = fake->full_width >> half;
+	fake->height = fake->full_height >> half;
 	for (uint32_t i = 0; fake_nth_format(fake, i); i++)
 		if (fake_fourcc(fake_nth_format(fake, i)) == pix->pixelformat)
 			fake_set_format(fake, pix->pixelformat);
@@ -259,6 +276,8 @@ int fake_answer(struct fake *fake, unsigned long request, void *argument)
 		return enumerate_formats(fake, argument);
 	case VIDIOC_ENUM_FRAMESIZES:
 		return enumerate_sizes(fake, argument);
+	case VIDIOC_ENUM_FRAMEINTERVALS:
+		return enumerate_rates(fake, argument);
 	case VIDIOC_G_FMT:
 		tell_format(fake, &((struct v4l2_format *)argument)->fmt.pix);
 		return 0;

@@ -33,6 +33,7 @@ struct fake {
 	long still; /* the sequence stands still */
 	long cannot_stream, metadata, denied;
 	/* mode and memory */
+	long full_width, full_height; /* those of the settings; half of both is offered too */
 	uint32_t fourcc, size_bytes, buffer_count;
 	int memory_fd;
 	uint8_t *memory;

@@ -103,6 +103,8 @@ bool fake_read_settings(struct fake *fake)
 		if (sscanf(line, "%63s %255[^\n]", key, value) == 2)
 			set_one(fake, key, value);
 	fclose(file);
+	fake->full_width = fake->width;
+	fake->full_height = fake->height;
 	fake_set_format(fake, fake_fourcc(fake->formats));
 	return true;
 }

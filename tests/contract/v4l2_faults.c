@@ -307,6 +307,22 @@ static void a_size_that_is_not_there_is_refused_with_those_that_are(void **state
 	assert_told("/dev/video0", "32x32", "80x60, 160x120", NULL);
 }
 
+static void the_largest_size_that_keeps_the_rate_is_taken(void **state)
+{
+	static const struct camera_mode modes[] = {
+		{.period_ns = 0}, {.period_ns = 5 * NS_PER_MS}, {.period_ns = 4 * NS_PER_MS}};
+	static const int widths_px[] = {160, 160, 80};
+
+	(void)state;
+	fake_v4l2_plug(0, "A1", "");
+	for (size_t i = 0; i < 3; i++) {
+		assert_int_equal(open_and_configure("/dev/video0", &modes[i]), 0);
+		assert_int_equal(granted.width_px, widths_px[i]);
+		driver->close(camera);
+		camera = NULL;
+	}
+}
+
 static void an_exposure_is_set_in_the_cameras_units_and_told(void **state)
 {
 	static const struct camera_mode lit = {.exposure_ns = 730 * NS_PER_US};
@@ -523,6 +539,7 @@ int main(void)
 		TEST(grey_of_more_bits_is_taken_before_the_luma_of_yuyv),
 		TEST(the_rate_granted_is_what_the_device_will_do),
 		TEST(a_size_that_is_not_there_is_refused_with_those_that_are),
+		TEST(the_largest_size_that_keeps_the_rate_is_taken),
 		TEST(an_exposure_is_set_in_the_cameras_units_and_told),
 		TEST(decibels_are_refused_with_the_control_to_use),
 		TEST(controls_are_set_by_name),

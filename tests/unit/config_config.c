@@ -107,6 +107,39 @@ static void every_key_is_read(void **state)
 	assert_true(config.cameras[0].wanted.gain_db == 6.5);
 }
 
+static void a_camera_may_have_a_format_and_controls_of_its_own(void **state)
+{
+	const struct camera_mode *mode = &config.cameras[0].wanted;
+
+	(void)state;
+	assert_int_equal(load(HEAD "cameras:\n- name: a\n  address: \"v4l2:serial=A1\"\n"
+				   "  format: grey16\n  bits: 10\n  readout_us: 4200\n"
+				   "  controls: {exposure_time_absolute: 50, brightness: -64}\n",
+			      NULL),
+			 0);
+	assert_true(config.cameras[0].has_format);
+	assert_int_equal(mode->format, PIXEL_GREY16);
+	assert_int_equal(mode->bits, 10);
+	assert_int_equal(mode->readout_ns, 4200000);
+	assert_int_equal(mode->control_count, 2);
+	assert_string_equal(mode->controls[0].name, "exposure_time_absolute");
+	assert_int_equal(mode->controls[0].value, 50);
+	assert_string_equal(mode->controls[1].name, "brightness");
+	assert_int_equal(mode->controls[1].value, -64);
+	expect_messages(HEAD "cameras:\n- {name: a, address: \"v4l2:x\", format: mjpeg}\n",
+			"4:4: cameras[0]: format: mjpeg is for the role hd; a camera with the role "
+			"ir gives grey or grey16\n");
+	expect_messages(HEAD "cameras:\n- {name: a, address: \"v4l2:x\", format: jpg}\n",
+			"4:40: cameras[0].format: 'jpg' is none of grey, rgb, bayer_rg, bayer_gr, "
+			"bayer_gb, bayer_bg, grey16, yuyv, mjpeg\n");
+	expect_messages(
+		HEAD "cameras:\n- {name: a, address: \"v4l2:x\", controls: {a: 1, b: x, a: 2}}\n",
+		"4:52: cameras[0].controls.b: 'x' is not a whole number from -2147483648 to "
+		"2147483647\n4:58: cameras[0].controls.a: given twice\n");
+	expect_messages(HEAD "cameras:\n- {name: a, address: \"v4l2:x\", controls: 3}\n",
+			"4:42: cameras[0].controls: expected 'name: value' lines\n");
+}
+
 static void several_actors_have_a_layout_each(void **state)
 {
 	(void)state;
@@ -469,6 +502,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(five_lines_are_a_configuration),
 		cmocka_unit_test(every_key_is_read),
+		cmocka_unit_test(a_camera_may_have_a_format_and_controls_of_its_own),
 		cmocka_unit_test(several_actors_have_a_layout_each),
 		cmocka_unit_test(json_is_read_too),
 		cmocka_unit_test(all_errors_come_in_one_run),

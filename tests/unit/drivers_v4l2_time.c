@@ -26,8 +26,10 @@ enum {
 	AT_END = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC
 };
 
-static const struct v4l2_timing all_known = {
-	.period_ns = PERIOD_NS, .exposure_ns = EXPOSURE_NS, .readout_ns = READOUT_NS};
+static const struct v4l2_timing all_known = {.begin_ns = BEGIN_NS,
+					     .period_ns = PERIOD_NS,
+					     .exposure_ns = EXPOSURE_NS,
+					     .readout_ns = READOUT_NS};
 
 static struct v4l2_stamp stamped(const struct v4l2_timing *timing, uint32_t flags, int64_t stamp_ns)
 {
