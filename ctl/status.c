@@ -46,6 +46,20 @@ static void print_losses(const json_t *losses)
 	puts(any ? "" : "-");
 }
 
+/* What to do stands beside what is wrong. */
+static void print_moved(const json_t *ledger)
+{
+	if (!json_is_true(json_object_get(ledger, "moved")))
+		return;
+	printf("%13smoved: its picture is off by ", "");
+	if (number_of(ledger, "moved_mrad") > 0)
+		printf("%.2f px (%.2f mrad); stagectl calibrate refine puts it right\n",
+		       number_of(ledger, "moved_px"), number_of(ledger, "moved_mrad"));
+	else
+		printf("pixels; stagectl calibrate refine, or calibrate cameras where that "
+		       "refuses\n");
+}
+
 static void print_ledger(const json_t *ledger)
 {
 	static const struct {
@@ -68,6 +82,7 @@ static void print_ledger(const json_t *ledger)
 			printf(", %s", states[i].words);
 	printf("; ");
 	print_losses(json_object_get(ledger, "events"));
+	print_moved(ledger);
 }
 
 /* NULL for an IR camera. */

@@ -52,6 +52,8 @@ static void fill_camera(const struct station *station, uint32_t index,
 			causes[i].cause,
 			atomic_load((const _Atomic uint64_t *)(const void *)counter)};
 	}
+	out->moved_px = atomic_load(&events->moved_px);
+	out->moved_mrad = atomic_load(&events->moved_mrad);
 	out->event_count = LEDGER_EVENT_COUNT;
 	for (int e = 0; e < LEDGER_EVENT_COUNT; e++)
 		out->events[e] = (struct stream_count){ledger_event_name((enum ledger_event)e),

@@ -33,6 +33,8 @@ static void show(struct shot_book *book, uint32_t camera)
 	atomic_store_explicit(&shown->dark, found->dark, memory_order_relaxed);
 	atomic_store_explicit(&shown->overexposed, found->overexposed, memory_order_relaxed);
 	atomic_store_explicit(&shown->moved, found->moved, memory_order_relaxed);
+	atomic_store_explicit(&shown->moved_px, found->moved_px, memory_order_relaxed);
+	atomic_store_explicit(&shown->moved_mrad, found->moved_mrad, memory_order_relaxed);
 	atomic_store_explicit(&shown->total, total, memory_order_release);
 }
 
@@ -157,5 +159,6 @@ void shot_book_close(struct shot_book *book, const struct tracker_rig *rig, cons
 		ledger_note_step(&book->ledger, camera, shot->number, off_shots);
 	if (set && aim_check_run(&book->aim, rig, shot, set))
 		for (uint32_t c = 0; c < shot->camera_count; c++)
-			ledger_note_aim(&book->ledger, c, shot->number, book->aim.shift_px[c]);
+			ledger_note_aim(&book->ledger, c, shot->number, book->aim.aims[c].shift_px,
+					book->aim.aims[c].turn_mrad);
 }

@@ -17,6 +17,7 @@ struct camera_events {
 	_Atomic uint64_t last_shot;    /* of the last event, once total is not 0 */
 	_Atomic uint32_t last_event;   /* enum ledger_event */
 	_Atomic int64_t after_edge_ns; /* mean of frames' times - what their edges asked for */
+	_Atomic double moved_px, moved_mrad; /* how far its picture seems off */
 	_Atomic bool slower, out_of_step, dark, overexposed, moved; /* now */
 };
 

@@ -88,14 +88,14 @@ static json_t *ledger_json(const struct camera_events *events,
 	uint32_t last = atomic_load(&events->last_event);
 
 	return json_pack(
-		"{s:o, s:b, s:b, s:b, s:b, s:b, s:f, s:o, s:o}", "events",
+		"{s:o, s:b, s:b, s:b, s:b, s:b, s:f, s:f, s:f, s:o, s:o}", "events",
 		counts_json(accounts->events, accounts->event_count), "slower_than_trigger",
 		atomic_load(&events->slower), "out_of_step", atomic_load(&events->out_of_step),
 		"dark", atomic_load(&events->dark), "overexposed",
-		atomic_load(&events->overexposed), "moved", atomic_load(&events->moved),
-		"after_edge_us", (double)atomic_load(&events->after_edge_ns) / NS_PER_US,
-		"last_event", any ? json_string(ledger_event_name(last)) : json_null(),
-		"last_event_shot",
+		atomic_load(&events->overexposed), "moved", atomic_load(&events->moved), "moved_px",
+		accounts->moved_px, "moved_mrad", accounts->moved_mrad, "after_edge_us",
+		(double)atomic_load(&events->after_edge_ns) / NS_PER_US, "last_event",
+		any ? json_string(ledger_event_name(last)) : json_null(), "last_event_shot",
 		any ? json_integer((json_int_t)atomic_load(&events->last_shot)) : json_null());
 }
 

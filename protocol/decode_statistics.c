@@ -39,7 +39,9 @@ static int decode_camera(void *arena, const Stage__V1__CameraStatistics *from,
 	*to = (struct stage_camera_statistics){.state = from->state,
 					       .frames = from->frames,
 					       .missing = from->missing,
-					       .queue = decode_queue(from->queue)};
+					       .queue = decode_queue(from->queue),
+					       .moved_px = from->moved_px,
+					       .moved_mrad = from->moved_mrad};
 	if (!decode_text_is_clean(from->state) ||
 	    decode_counts(arena, from->losses, from->n_losses, &to->losses, &to->loss_count) < 0)
 		return -EPROTO;

@@ -51,6 +51,7 @@ struct stream_camera_statistics {
 	uint64_t frames, missing;
 	struct stream_queue queue;
 	uint32_t loss_count, event_count;
+	double moved_px, moved_mrad;
 	struct stream_count losses[STREAM_COUNT_MAX], events[STREAM_COUNT_MAX];
 };
 

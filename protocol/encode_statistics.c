@@ -66,6 +66,8 @@ static Stage__V1__CameraStatistics *fill_camera(struct camera_parts *parts,
 	to->frames = from->frames;
 	to->missing = from->missing;
 	to->queue = fill_queue(&parts->queue, &from->queue);
+	to->moved_px = from->moved_px;
+	to->moved_mrad = from->moved_mrad;
 	to->losses = parts->loss_pointers;
 	to->n_losses =
 		fill_counts(parts->losses, parts->loss_pointers, from->losses, from->loss_count);

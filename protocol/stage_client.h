@@ -139,6 +139,9 @@ struct stage_camera_statistics {
 	uint32_t loss_count, event_count;
 	const struct stage_count *losses; /* by cause */
 	const struct stage_count *events; /* of the pulse ledger */
+	/* how far its picture seems off by what the other cameras see, and the turn that explains
+	 * it (0: none fitted); 0 but for the camera that explains most */
+	double moved_px, moved_mrad;
 };
 
 struct stage_percentiles {

@@ -1,7 +1,7 @@
 /*
- * Does a camera still look where its calibration says? A bumped one sees everything shifted by the
- * same few tenths of a pixel. For each camera the shift is fitted that explains best what all views
- * of the named markers leave over, as in the test of one suspect observation among good ones
+ * Does a camera still look where its calibration says? A bumped one sees everything turned by the
+ * same fraction of a milliradian. For each camera the turn is fitted that explains best what all
+ * views of the named markers leave over, as in the test of one suspect observation among good ones
  * (Baarda, A testing procedure for use in geodetic networks, 1968). Flat, pure, real-time safe.
  */
 #pragma once
@@ -11,25 +11,37 @@
 
 #include "track/tracker.h"
 
-#define AIM_CHECK_SHOTS 240 /* that one answer is taken from */
+#define AIM_BLOCKS 6 /* the answer is taken from so many of them, the newest */
+#define AIM_BLOCK_NS INT64_C(250000000)
+#define AIM_FAR_PX 2.0 /* spots farther from their places are not found */
+
+/* Of one camera in one block. Turns are about its centre, in stage axes. */
+struct aim_sums {
+	double normal[3][3]; /* by the turn, of what no other view takes up */
+	double left[3];      /* the turn's pull on what is left over */
+	double reach[3][3];  /* by the turn, of the pictures alone, px2/rad2 */
+	double weight;
+	/* markers before it, those with a spot there, and those where the tracker took one */
+	uint32_t tried, found, taken;
+};
+
+struct aim {
+	double shift_px;  /* rms over its markers */
+	double turn_mrad; /* 0 where no turn was fitted */
+};
 
 /* Zero it. */
 struct aim_check {
-	uint32_t shots; /* looked at since the last answer */
+	int64_t block_began_ns;
+	uint32_t block; /* that is filled now */
 	uint32_t turn;  /* the label to go on with: a few each shot */
-	struct {
-		double left_px[2];     /* sum of what is left over */
-		double free[2][2];     /* how much of a shift no other view takes up, summed */
-		uint32_t tried, found; /* markers before it, and those with a spot there */
-	} cameras[CAMERA_MAX];
-	/* the answer: how far the picture of the camera that explains most is shifted, 0 of the
-	 * others; of one that finds hardly any marker where it should be AIM_FAR_PX */
-	double shift_px[CAMERA_MAX];
+	struct aim_sums cameras[AIM_BLOCKS][CAMERA_MAX];
+	uint32_t doubted_mask; /* cameras whose spots the tracker often leaves out */
+	/* the answer: of the camera that explains most how far it is off, 0 of the others; of one
+	 * that finds hardly any marker where it should be AIM_FAR_PX */
+	struct aim aims[CAMERA_MAX];
 };
 
-#define AIM_FAR_PX 2.0 /* spots farther from their places are not found */
-
-/* Looks at some markers of a tracked shot. True when there is an answer, once in
- * AIM_CHECK_SHOTS shots. */
+/* Looks at some markers of a tracked shot. True when there is an answer, once in AIM_BLOCK_NS. */
 bool aim_check_run(struct aim_check *check, const struct tracker_rig *rig, const struct shot *shot,
 		   const struct marker_set *set);

@@ -70,7 +70,8 @@ struct ledger_camera {
 	/* told by what it shows */
 	bool slower, out_of_step, dark, overexposed, moved;
 	uint32_t dark_run, overexposed_run;
-	double moved_px; /* mean shift of its picture, while it has moved */
+	double moved_px,
+		moved_mrad; /* how far its picture seems off; 0: another one seems, or none */
 
 	/* for status */
 	uint32_t slip; /* last frame's shot % divider, from the phase on */
@@ -132,8 +133,9 @@ void ledger_note_step(struct ledger *ledger, uint32_t camera, uint64_t shot, dou
  * False: nothing is to be learned from it. */
 bool ledger_note_clock(struct ledger *ledger, uint32_t camera, uint64_t shot, int64_t off_ns);
 
-/* From aim_check: by how much the camera's picture is shifted. */
-void ledger_note_aim(struct ledger *ledger, uint32_t camera, uint64_t shot, double shift_px);
+/* From aim_check: by how much the camera's picture is off. */
+void ledger_note_aim(struct ledger *ledger, uint32_t camera, uint64_t shot, double shift_px,
+		     double turn_mrad);
 
 /* Of one camera in a shot. */
 struct ledger_blobs {

@@ -109,13 +109,15 @@ bool ledger_note_clock(struct ledger *ledger, uint32_t camera, uint64_t shot, in
 	return false;
 }
 
-void ledger_note_aim(struct ledger *ledger, uint32_t camera, uint64_t shot, double shift_px)
+void ledger_note_aim(struct ledger *ledger, uint32_t camera, uint64_t shot, double shift_px,
+		     double turn_mrad)
 {
 	struct ledger_camera *c = &ledger->cameras[camera];
 
 	if (c->out_of_step) /* which explains it better */
 		return;
 	c->moved_px = shift_px;
+	c->moved_mrad = turn_mrad;
 	if (shift_px >= MOVED_PX && !c->moved)
 		sign(c, LEDGER_MOVED, shot);
 	if (shift_px >= MOVED_PX || shift_px < STEADY_PX)

@@ -218,6 +218,8 @@ static void statistics_survive_the_wire(void **state)
 			     .frames = 999,
 			     .missing = 7,
 			     .queue = {0, 3, 64},
+			     .moved_px = 0.3,
+			     .moved_mrad = 0.2,
 			     .loss_count = 3,
 			     .losses = {{"damaged", 0}, {"stale", 4}, {"refused", 3}},
 			     .event_count = 1,
@@ -247,6 +249,7 @@ static void statistics_survive_the_wire(void **state)
 	assert_int_equal(got->cameras[0].losses[1].count, 3);
 	assert_string_equal(got->cameras[0].events[0].cause, "late");
 	assert_int_equal(got->cameras[0].queue.capacity, 64);
+	assert_true(got->cameras[0].moved_px == 0.3 && got->cameras[0].moved_mrad == 0.2);
 	assert_string_equal(got->cameras[1].state, "lost");
 	assert_string_equal(got->latencies[0].stage, "light_to_sent");
 	assert_int_equal(got->latencies[0].run.p99_ns, 3);
