@@ -122,7 +122,7 @@ static int to_grey(struct picture_reader *r, const struct frame *frame, struct g
 	if (!r->grey || !r->rgb)
 		return -ENOMEM;
 	if (frame->format == PIXEL_BAYER_RG8) {
-		demosaic_rggb(frame->pixels, frame->width_px, frame->height_px, r->rgb);
+		demosaic(frame->pixels, frame->width_px, frame->height_px, PIXEL_BAYER_RG8, r->rgb);
 		rgb = r->rgb;
 	}
 	rgb_to_grey(rgb, r->grey, count);

@@ -26,7 +26,7 @@ static json_t *mode_json(const char *address, const struct camera_mode *mode)
 /* Opens and configures, takes no image. */
 static int ask_device(json_t **out, const char *address)
 {
-	struct camera_mode wanted = {0}, granted;
+	struct camera_mode granted;
 	struct diag diag = {0};
 	struct camera *camera;
 	const char *rest;
@@ -38,7 +38,7 @@ static int ask_device(json_t **out, const char *address)
 		int err = driver->open(&camera, rest, NULL, &diag);
 
 		if (!err) {
-			err = driver->configure(camera, &wanted, &granted, &diag);
+			err = snapshot_configure(driver, camera, &granted, &diag);
 			driver->close(camera);
 		}
 		code = exit_code_of(err, EXIT_CODE_DEVICE);

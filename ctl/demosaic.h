@@ -5,5 +5,9 @@
 
 #include <stdint.h>
 
-/* RGGB rows without padding to RGB: each missing colour is the mean of its nearest neighbours. */
-void demosaic_rggb(const uint8_t *mosaic, int width_px, int height_px, uint8_t *rgb);
+#include "drivers/pixel_format.h"
+
+/* Rows without padding, of one of the Bayer formats, to RGB: each missing colour is the mean of its
+ * nearest neighbours. */
+void demosaic(const uint8_t *mosaic, int width_px, int height_px, enum pixel_format order,
+	      uint8_t *rgb);

@@ -80,7 +80,8 @@ static uint8_t *to_rgb(const struct snapshot *snapshot)
 	if (!rgb)
 		return NULL;
 	if (snapshot->format == PIXEL_BAYER_RG8)
-		demosaic_rggb(snapshot->pixels, snapshot->width_px, snapshot->height_px, rgb);
+		demosaic(snapshot->pixels, snapshot->width_px, snapshot->height_px, PIXEL_BAYER_RG8,
+			 rgb);
 	else if (snapshot->format == PIXEL_RGB8)
 		memcpy(rgb, snapshot->pixels, 3 * count);
 	else

@@ -13,6 +13,7 @@
 #include "base/clock.h"
 #include "base/exit_codes.h"
 #include "ctl/control_client.h"
+#include "ctl/picture_plain.h"
 #include "ctl/program_drivers.h"
 #include "track/blobs.h"
 
@@ -29,18 +30,12 @@ void snapshot_finish(struct snapshot *snapshot)
 	memset(snapshot, 0, sizeof(*snapshot));
 }
 
-static size_t row_bytes(const struct snapshot *snapshot)
+static int find_blobs(struct snapshot *out)
 {
-	return pixel_row_bytes(snapshot->format, snapshot->width_px);
-}
-
-static int find_blobs(struct snapshot *out, const struct frame *frame)
-{
-	struct grey_image image = {frame->pixels, frame->width_px, frame->height_px,
-				   frame->stride_bytes};
+	struct grey_image image = {out->pixels, out->width_px, out->height_px, out->width_px};
 	struct blob_settings settings = blob_settings_default();
 	struct blob_finder *finder;
-	int err = blob_finder_create(&finder, frame->width_px, frame->height_px, &settings);
+	int err = blob_finder_create(&finder, out->width_px, out->height_px, &settings);
 
 	if (err)
 		return err;
@@ -57,17 +52,14 @@ static int find_blobs(struct snapshot *out, const struct frame *frame)
 
 static int copy_frame(struct snapshot *out, const struct frame *frame)
 {
+	int err = picture_make_plain(frame, &out->pixels, &out->format);
+
+	if (err)
+		return err;
 	out->width_px = frame->width_px;
 	out->height_px = frame->height_px;
-	out->format = frame->format;
 	out->mid_exposure_ns = frame->mid_exposure_ns;
-	out->pixels = malloc(row_bytes(out) * (size_t)frame->height_px);
-	if (!out->pixels)
-		return -ENOMEM;
-	for (int y = 0; y < frame->height_px; y++)
-		memcpy(out->pixels + (size_t)y * row_bytes(out),
-		       frame->pixels + (ptrdiff_t)y * frame->stride_bytes, row_bytes(out));
-	return frame->format == PIXEL_GREY8 ? find_blobs(out, frame) : 0;
+	return out->format == PIXEL_GREY8 ? find_blobs(out) : 0;
 }
 
 int snapshot_from_frame(struct snapshot *out, const char *camera, const struct frame *frame)
@@ -77,13 +69,23 @@ int snapshot_from_frame(struct snapshot *out, const char *camera, const struct f
 	return copy_frame(out, frame);
 }
 
+int snapshot_configure(const struct camera_driver *driver, struct camera *camera,
+		       struct camera_mode *granted, struct diag *diag)
+{
+	static const struct camera_mode grey = {.format = PIXEL_GREY8},
+					colour = {.format = PIXEL_BAYER_RG8};
+	int err = driver->configure(camera, &grey, granted, NULL);
+
+	return err ? driver->configure(camera, &colour, granted, diag) : 0;
+}
+
 static int grab(struct snapshot *out, const struct camera_driver *driver, struct camera *camera,
 		struct diag *diag)
 {
-	struct camera_mode wanted = {0}, granted;
+	struct camera_mode granted;
 	int64_t give_up_ns = clock_now_ns() + FRAME_WAIT_NS;
 	struct frame frame;
-	int err = driver->configure(camera, &wanted, &granted, diag);
+	int err = snapshot_configure(driver, camera, &granted, diag);
 
 	if (!err)
 		err = driver->start(camera, diag);
@@ -138,23 +140,50 @@ static int base64_digit(char c)
 	return found ? (int)(found - digits) : 0;
 }
 
-static int decode_pixels(struct snapshot *out, const char *text)
+/* What base64 of so many characters holds. */
+static size_t decoded_bytes(const char *text, size_t length)
 {
-	size_t size = row_bytes(out) * (size_t)out->height_px, used = 0;
+	size_t padding = length > 1 ? (text[length - 1] == '=') + (text[length - 2] == '=') : 0;
 
-	if (strlen(text) != (size + 2) / 3 * 4)
-		return -EPROTO;
-	out->pixels = malloc(size);
-	if (!out->pixels)
-		return -ENOMEM;
-	for (const char *t = text; used < size; t += 4) {
+	return length / 4 * 3 - padding;
+}
+
+/* NULL without memory. */
+static uint8_t *decode_base64(const char *text, size_t size)
+{
+	uint8_t *bytes = malloc(size + 1);
+	size_t used = 0;
+
+	for (const char *t = text; bytes && used < size; t += 4) {
 		uint32_t three = (uint32_t)(base64_digit(t[0]) << 18 | base64_digit(t[1]) << 12 |
 					    base64_digit(t[2]) << 6 | base64_digit(t[3]));
 
 		for (int shift = 16; shift >= 0 && used < size; shift -= 8)
-			out->pixels[used++] = (uint8_t)(three >> shift);
+			bytes[used++] = (uint8_t)(three >> shift);
 	}
-	return 0;
+	return bytes;
+}
+
+/* `sent` says how the pixels are to be read. */
+static int decode_pixels(struct snapshot *out, const char *text, struct frame *sent)
+{
+	size_t length = strlen(text), size = decoded_bytes(text, length);
+	size_t row_bytes = pixel_row_bytes(sent->format, sent->width_px);
+
+	if (length % 4 ||
+	    (sent->format != PIXEL_MJPEG && size != row_bytes * (size_t)sent->height_px))
+		return -EPROTO;
+	uint8_t *bytes = decode_base64(text, size);
+
+	if (!bytes)
+		return -ENOMEM;
+	sent->pixels = bytes;
+	sent->size_bytes = size;
+	sent->stride_bytes = (int)row_bytes;
+	int err = picture_make_plain(sent, &out->pixels, &out->format);
+
+	free(bytes);
+	return err;
 }
 
 static void unpack_blobs(struct snapshot *out, const json_t *blobs)
@@ -175,16 +204,19 @@ static int unpack_snapshot(struct snapshot *out, json_t *reply)
 {
 	const char *pixels, *format;
 	json_int_t mid_exposure_ns;
+	struct frame sent = {0};
 
-	if (json_unpack(reply, "{s:i, s:i, s:s, s:s, s:I}", "width_px", &out->width_px, "height_px",
-			&out->height_px, "format", &format, "pixels", &pixels, "mid_exposure_ns",
-			&mid_exposure_ns) < 0 ||
+	if (json_unpack(reply, "{s:i, s:i, s:s, s:s, s:I, s?i}", "width_px", &out->width_px,
+			"height_px", &out->height_px, "format", &format, "pixels", &pixels,
+			"mid_exposure_ns", &mid_exposure_ns, "bits", &sent.bits) < 0 ||
 	    out->width_px <= 0 || out->width_px > 65535 || out->height_px <= 0 ||
-	    out->height_px > 65535 || pixel_format_by_name(&out->format, format))
+	    out->height_px > 65535 || pixel_format_by_name(&sent.format, format))
 		return -EPROTO;
 	out->mid_exposure_ns = mid_exposure_ns;
 	unpack_blobs(out, json_object_get(reply, "blobs"));
-	return decode_pixels(out, pixels);
+	sent.width_px = out->width_px;
+	sent.height_px = out->height_px;
+	return decode_pixels(out, pixels, &sent);
 }
 
 int snapshot_from_station(struct snapshot *out, const char *socket_dir, const char *name)

@@ -15,7 +15,7 @@
 struct snapshot {
 	char camera[256]; /* name or address */
 	int width_px, height_px;
-	enum pixel_format format;
+	enum pixel_format format; /* grey, RGB or the usual Bayer: picture_plain.h */
 	int64_t mid_exposure_ns;
 	uint8_t *pixels; /* rows without padding; owned */
 	uint32_t blob_count;
@@ -29,6 +29,9 @@ int snapshot_from_address(struct snapshot *out, const char *address);
 int snapshot_from_station(struct snapshot *out, const char *socket_dir, const char *name);
 /* Copies a frame and finds the spots of a grey one. Returns 0 or a negative errno. */
 int snapshot_from_frame(struct snapshot *out, const char *camera, const struct frame *frame);
+/* The device's own choice: grey, or if it has none colour. */
+int snapshot_configure(const struct camera_driver *driver, struct camera *camera,
+		       struct camera_mode *granted, struct diag *diag);
 void snapshot_finish(struct snapshot *snapshot); /* a zeroed one is fine */
 
 /* Writes a PNG in which every blob is circled. Returns 0 or a negative errno. */

@@ -24,7 +24,8 @@ static uint8_t *to_rgb(const struct snapshot *snapshot)
 		return rgb;
 	}
 	if (snapshot->format == PIXEL_BAYER_RG8) {
-		demosaic_rggb(snapshot->pixels, snapshot->width_px, snapshot->height_px, rgb);
+		demosaic(snapshot->pixels, snapshot->width_px, snapshot->height_px, PIXEL_BAYER_RG8,
+			 rgb);
 		return rgb;
 	}
 	for (size_t i = 0; i < count; i++)

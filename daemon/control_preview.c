@@ -140,6 +140,8 @@ static char *ir_reply(const struct capture *capture)
 	json_t *json = image_json(capture->name, image->width_px, image->height_px, image->format,
 				  image->set.mid_exposure_ns, blobs_json(&image->set));
 
+	if (image->format == PIXEL_GREY16)
+		json_object_set_new(json, "bits", json_integer(capture->device.granted.bits));
 	return text_with_pixels(varlink_result(json),
 				(struct image_bytes){image->pixels, image->size_bytes});
 }

@@ -7,12 +7,11 @@
 
 #include "base/clock.h"
 
-#define PERIOD_MAX_NS (40 * NS_PER_MS)     /* of a camera that tells no rate */
-#define INTERRUPT_NS (200 * NS_PER_US)     /* from the event to the reading of the clock */
-#define FIRST_BYTES_NS (4 * NS_PER_MS)     /* a USB transfer of 32 packets, told at its end */
-#define STAMP_NS NS_PER_US                 /* the stamp's resolution */
-#define STAMP_BEFORE_MAX_NS NS_PER_S       /* before the stream began: of another clock */
-#define STAMP_AHEAD_MAX_NS (1 * NS_PER_MS) /* after its own arrival: of another clock */
+#define PERIOD_MAX_NS (40 * NS_PER_MS) /* of a camera that tells no rate */
+#define INTERRUPT_NS (200 * NS_PER_US) /* from the event to the reading of the clock */
+#define FIRST_BYTES_NS (4 * NS_PER_MS) /* a USB transfer of 32 packets, told at its end */
+#define STAMP_NS NS_PER_US             /* the stamp's resolution */
+#define STAMP_BEFORE_MAX_NS NS_PER_S   /* before the stream began: of another clock */
 
 struct interval {
 	int64_t low_ns, high_ns;
@@ -28,19 +27,24 @@ static struct interval minus(struct interval a, struct interval b)
 	return (struct interval){a.low_ns - b.high_ns, a.high_ns - b.low_ns};
 }
 
+static int64_t longest_ns(const struct v4l2_timing *timing)
+{
+	return timing->period_ns > 0 ? timing->period_ns : PERIOD_MAX_NS;
+}
+
 /* Within the period when it is not known. */
 static struct interval length_of(int64_t known_ns, const struct v4l2_timing *timing)
 {
-	int64_t most_ns = timing->period_ns > 0 ? timing->period_ns : PERIOD_MAX_NS;
-
-	return known_ns > 0 ? (struct interval){known_ns, known_ns} : (struct interval){0, most_ns};
+	return known_ns > 0 ? (struct interval){known_ns, known_ns}
+			    : (struct interval){0, longest_ns(timing)};
 }
 
+/* Some devices tell the end of a frame before it comes. */
 static bool of_our_clock(const struct v4l2_timing *timing, const struct v4l2_stamp *stamp)
 {
 	return (stamp->flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC &&
 	       stamp->stamp_ns > timing->begin_ns - STAMP_BEFORE_MAX_NS &&
-	       stamp->stamp_ns < stamp->arrival_ns + STAMP_AHEAD_MAX_NS;
+	       stamp->stamp_ns < stamp->arrival_ns + longest_ns(timing);
 }
 
 static struct interval middle(const struct v4l2_timing *timing, const struct v4l2_stamp *stamp)

@@ -28,7 +28,7 @@ static void an_even_colour_stays_even_to_the_border(void **state)
 
 	(void)state;
 	expose(mosaic, colour, 0);
-	demosaic_rggb(mosaic, WIDTH, HEIGHT, rgb);
+	demosaic(mosaic, WIDTH, HEIGHT, PIXEL_BAYER_RG8, rgb);
 	for (int i = 0; i < 3 * WIDTH * HEIGHT; i++)
 		assert_int_equal(rgb[i], colour[i % 3]);
 }
@@ -40,7 +40,7 @@ static void a_slope_is_continued_between_the_pixels(void **state)
 
 	(void)state;
 	expose(mosaic, colour, 6);
-	demosaic_rggb(mosaic, WIDTH, HEIGHT, rgb);
+	demosaic(mosaic, WIDTH, HEIGHT, PIXEL_BAYER_RG8, rgb);
 	for (int y = 1; y < HEIGHT - 1; y++)
 		for (int x = 1; x < WIDTH - 1; x++)
 			for (int k = 0; k < 3; k++)
@@ -53,7 +53,7 @@ static void the_smallest_mosaic_is_one_cell(void **state)
 	uint8_t rgb[12];
 
 	(void)state;
-	demosaic_rggb(mosaic, 2, 2, rgb);
+	demosaic(mosaic, 2, 2, PIXEL_BAYER_RG8, rgb);
 	for (int i = 0; i < 4; i++) {
 		assert_int_equal(rgb[3 * i], 90);
 		assert_int_equal(rgb[3 * i + 1], i == 1 ? 50 : i == 2 ? 70 : 60);

@@ -114,7 +114,7 @@ static void a_stamp_that_is_not_of_our_clock_is_not_believed(void **state)
 		{V4L2_BUF_FLAG_TIMESTAMP_COPY, END_NS - PERIOD_NS},
 		{SOE, INT64_C(1700000000) * NS_PER_S}, /* the time of day */
 		{AT_END, 42},
-		{SOE, ARRIVAL_NS + 2 * NS_PER_MS},
+		{SOE, ARRIVAL_NS + PERIOD_NS},
 	};
 
 	(void)state;
