@@ -5,7 +5,9 @@
 
 #include "track/blobs_parts.h"
 
-#define WORK_ROWS 4 /* the scan goes so far before the work behind it gets a share */
+#define WORK_ROWS 4     /* the scan goes so far before the work behind it gets a share */
+#define PAGE_BYTES 4096 /* the least that there is */
+#define PAGES_AHEAD 4
 #define LAG_ROWS (MEASURE_LAG_ROWS - 1) /* thresholds come from pixels up to so far below */
 
 /* The pixels of a group; those of a group cut by the image's border are copied and padded with
@@ -213,6 +215,17 @@ static void reset_groups(struct blob_finder *finder)
 	}
 }
 
+/* Has the address of a pixel further down translated when the scan enters a page: the walk through
+ * the page tables would hold it up, and the pixels that come by themselves end at the page. More
+ * than one line of a page would disturb these. */
+static void expect_page(const uint8_t *row, int stride_bytes)
+{
+	uintptr_t here = (uintptr_t)row, next = here + (uintptr_t)stride_bytes;
+
+	if (here / PAGE_BYTES != next / PAGE_BYTES)
+		__builtin_prefetch(row + PAGES_AHEAD * PAGE_BYTES);
+}
+
 /* The scan waits for memory most of the time. The work on what it has found is spread evenly
  * between the rows and hides in these waits - as long as it follows so closely that the rows it
  * looks at are still in the first cache. */
@@ -227,6 +240,7 @@ static void scan_image(struct blob_finder *finder, const struct grey_image *imag
 	for (int y = 0; y < image->height_px; y++, row += image->stride_bytes) {
 		struct candidate *next = finder->candidates + finder->candidate_count;
 
+		expect_page(row, image->stride_bytes);
 		if (y % CELL_PX == 0)
 			level_map_expect(&finder->map, y / CELL_PX);
 		if (y == coarse_end)
