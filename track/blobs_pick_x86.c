@@ -7,5 +7,8 @@ blob_run_fn blob_run_wide;
 
 blob_run_fn *blob_run_best(void)
 {
-	return __builtin_cpu_supports("avx2") ? blob_run_wide : blob_run;
+	bool is_wide = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
+		       __builtin_cpu_supports("bmi2");
+
+	return is_wide ? blob_run_wide : blob_run;
 }
