@@ -3,52 +3,31 @@
  * depend on them.
  */
 #include <errno.h>
-#include <math.h>
 #include <pthread.h>
 #include <semaphore.h>
-
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "base/clock.h"
 #include "ctl/calibrate_read.h"
-#include "ctl/demosaic.h"
 #include "ctl/program_drivers.h"
 #include "drivers/files.h"
 
 #define PROGRESS_NS (100 * NS_PER_MS)
-#define TOGETHER_NS (200 * NS_PER_US) /* cameras whose middles of exposure differ by less */
-#define MIRROR_TRIES 3
-
-/* A board that one camera saw. */
-struct found {
-	uint32_t camera;
-	uint64_t shot;
-	int64_t mid_exposure_ns;
-	double (*px)[2]; /* owned */
-};
 
 struct reading;
 
 struct picture_reader {
 	/* set before the thread starts */
 	struct reading *reading;
-	uint32_t index;
 	const struct camera_driver *driver;
 	struct camera *camera;
 	struct camera_mode mode;
-	struct corner_finder *finder;
 	pthread_t thread;
 	bool running;
 	/* the thread's */
-	uint8_t *grey, *rgb; /* owned; NULL until an HD picture comes */
-	struct corners corners;
-	struct found *found; /* owned */
-	uint32_t found_count, found_capacity;
-	double *blurs_px; /* owned */
-	uint32_t blur_count, blur_capacity;
-	struct picture_counts counts;
+	struct view_search search;
 	int err;
 };
 
@@ -62,122 +41,16 @@ struct reading {
 	struct picture_reader readers[CAMERA_MAX];
 };
 
-static int grow(void **list, uint32_t *capacity, uint32_t count, size_t item_bytes)
-{
-	if (count < *capacity)
-		return 0;
-	uint32_t wanted = *capacity ? 2 * *capacity : 64;
-	void *larger = realloc(*list, wanted * item_bytes);
-	if (!larger)
-		return -ENOMEM;
-	*list = larger;
-	*capacity = wanted;
-	return 0;
-}
-
-static int keep_blur(struct picture_reader *r)
-{
-	int err = grow((void **)&r->blurs_px, &r->blur_capacity, r->blur_count, sizeof(double));
-
-	if (!err)
-		r->blurs_px[r->blur_count++] = r->corners.blur_px;
-	return err;
-}
-
-static int keep_view(struct picture_reader *r, const struct frame *frame)
-{
-	size_t bytes = (size_t)board_corner_count(r->reading->board) * sizeof(double[2]);
-	int err =
-		grow((void **)&r->found, &r->found_capacity, r->found_count, sizeof(struct found));
-	double(*px)[2] = err ? NULL : malloc(bytes);
-
-	if (!px)
-		return -ENOMEM;
-	memcpy(px, r->corners.px, bytes);
-	r->found[r->found_count++] =
-		(struct found){r->index, frame->shot, frame->mid_exposure_ns, px};
-	return 0;
-}
-
-/* BT.601 luma, as for files that are made grey. */
-static void rgb_to_grey(const uint8_t *rgb, uint8_t *grey, size_t count)
-{
-	for (size_t i = 0; i < count; i++, rgb += 3)
-		grey[i] = (uint8_t)((299 * rgb[0] + 587 * rgb[1] + 114 * rgb[2] + 500) / 1000);
-}
-
-static int to_grey(struct picture_reader *r, const struct frame *frame, struct grey_image *image)
-{
-	size_t count = (size_t)frame->width_px * (size_t)frame->height_px;
-	const uint8_t *rgb = frame->pixels;
-
-	*image = (struct grey_image){frame->pixels, frame->width_px, frame->height_px,
-				     frame->stride_bytes};
-	if (frame->format == PIXEL_GREY8)
-		return 0;
-	if (!r->grey) {
-		r->grey = malloc(count);
-		r->rgb = malloc(3 * count);
-	}
-	if (!r->grey || !r->rgb)
-		return -ENOMEM;
-	if (frame->format == PIXEL_BAYER_RG8) {
-		demosaic(frame->pixels, frame->width_px, frame->height_px, PIXEL_BAYER_RG8, r->rgb);
-		rgb = r->rgb;
-	}
-	rgb_to_grey(rgb, r->grey, count);
-	*image = (struct grey_image){r->grey, frame->width_px, frame->height_px, frame->width_px};
-	return 0;
-}
-
-/* Of a camera that has not seen the board yet. */
-static int look_in_mirror(struct picture_reader *r, const struct grey_image *image)
-{
-	if (r->counts.good || r->counts.without > MIRROR_TRIES || r->counts.mirrored)
-		return 0;
-	return corner_finder_is_mirrored(r->finder, image, &r->counts.mirrored);
-}
-
-static int sort_picture(struct picture_reader *r, const struct frame *frame,
-			const struct grey_image *image)
-{
-	int err = 0;
-
-	r->counts.pictures++;
-	switch (r->corners.state) {
-	case CORNERS_GOOD:
-		r->counts.good++;
-		r->reading->progress.with_board++;
-		err = keep_blur(r);
-		return err ? err : keep_view(r, frame);
-	case CORNERS_NO_BOARD:
-		r->counts.without++;
-		return look_in_mirror(r, image);
-	case CORNERS_FEW:
-		r->counts.few++;
-		return 0;
-	case CORNERS_BLURRED:
-		r->counts.blurred++;
-		return keep_blur(r);
-	case CORNERS_OTHER_BOARD:
-		r->counts.other++;
-		return 0;
-	}
-	return 0;
-}
-
 static int search(struct picture_reader *r, const struct frame *frame)
 {
-	struct grey_image image;
+	const struct raw_picture picture = {frame->pixels,       frame->width_px, frame->height_px,
+					    frame->stride_bytes, frame->format,   frame->bits};
+	uint32_t good = r->search.counts.good;
+	int err = view_search_run(&r->search, &picture,
+				  (struct picture_time){frame->shot, frame->mid_exposure_ns});
 
-	if (frame->width_px != r->mode.width_px || frame->height_px != r->mode.height_px) {
-		r->counts.damaged++;
-		return 0;
-	}
-	int err = to_grey(r, frame, &image);
-	if (!err)
-		err = corner_finder_run(r->finder, &image, &r->corners);
-	return err ? err : sort_picture(r, frame, &image);
+	r->reading->progress.with_board += r->search.counts.good - good;
+	return err;
 }
 
 /* 0 while there may be more. */
@@ -189,7 +62,7 @@ static int read_picture(struct picture_reader *r)
 	if (err == -ETIMEDOUT)
 		return 0;
 	if (err == -EBADMSG) {
-		r->counts.damaged++;
+		r->search.counts.damaged++;
 		r->reading->progress.done++;
 		return 0;
 	}
@@ -236,13 +109,12 @@ static int check_size(const struct config_camera *camera, const struct camera_mo
 static int open_reader(struct reading *reading, uint32_t index, struct diag *diag)
 {
 	const struct config_camera *camera = &reading->config->cameras[index];
-	struct corner_settings settings = CORNER_SETTINGS_DEFAULT;
+	const struct view_search_settings settings = {reading->config->calibration.blur_max_px,
+						      .thorough = true};
 	struct picture_reader *r = &reading->readers[index];
 	const char *rest;
 
-	settings.blur_max_px = reading->config->calibration.blur_max_px;
 	r->reading = reading;
-	r->index = index;
 	r->driver = camera_driver_find(recording_drivers, camera->address, &rest, diag);
 	if (!r->driver)
 		return -EINVAL;
@@ -254,18 +126,11 @@ static int open_reader(struct reading *reading, uint32_t index, struct diag *dia
 	if (!err)
 		err = r->driver->start(r->camera, diag);
 	if (!err)
-		err = corner_finder_create(&r->finder, reading->board, &settings);
-	r->counts.width_px = r->mode.width_px;
-	r->counts.height_px = r->mode.height_px;
+		err = view_search_init(&r->search, index, reading->board, &settings);
+	r->search.counts.width_px = r->mode.width_px;
+	r->search.counts.height_px = r->mode.height_px;
 	reading->progress.of += err ? 0 : (uint32_t)files_camera_count(r->camera);
 	return err;
-}
-
-static int compare_px(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
 }
 
 static void close_reader(struct picture_reader *r)
@@ -274,76 +139,7 @@ static void close_reader(struct picture_reader *r)
 		r->driver->stop(r->camera);
 		r->driver->close(r->camera);
 	}
-	corner_finder_destroy(r->finder);
-	for (uint32_t i = 0; i < r->found_count; i++)
-		free(r->found[i].px);
-	free(r->found);
-	free(r->blurs_px);
-	free(r->grey);
-	free(r->rgb);
-}
-
-static int compare_found(const void *a, const void *b)
-{
-	const struct found *x = a, *y = b;
-
-	if (x->shot != y->shot)
-		return x->shot < y->shot ? -1 : 1;
-	if (x->mid_exposure_ns != y->mid_exposure_ns)
-		return x->mid_exposure_ns < y->mid_exposure_ns ? -1 : 1;
-	return (x->camera > y->camera) - (x->camera < y->camera);
-}
-
-/* Cameras that exposed together share a pose. One that exposed apart saw the board elsewhere. */
-static int add_all(struct observations *o, const struct found *all, uint32_t count,
-		   struct picture_counts *counts)
-{
-	uint32_t pose = 0;
-	int err = 0;
-
-	for (uint32_t i = 0, first = 0; i < count && !err; i++) {
-		int64_t apart_ns = all[i].mid_exposure_ns - all[first].mid_exposure_ns;
-
-		if (i > 0 && (all[i].shot != all[first].shot || apart_ns > TOGETHER_NS)) {
-			if (all[i].shot == all[first].shot && all[i].shot != UINT64_MAX) {
-				struct picture_counts *k = &counts[all[i].camera];
-				k->apart++;
-				k->apart_ms = fmax(k->apart_ms, 1e-6 * (double)apart_ns);
-			}
-			first = i;
-			pose++;
-		}
-		err = observations_add(o, all[i].camera, pose, (const double(*)[2])all[i].px);
-		if (err == -EEXIST)
-			err = 0; /* a picture that is there twice */
-	}
-	return err;
-}
-
-static int put_together(struct observations *o, struct reading *reading,
-			struct picture_counts *counts)
-{
-	uint32_t count = 0, camera_count = reading->config->camera_count;
-
-	for (uint32_t c = 0; c < camera_count; c++)
-		count += reading->readers[c].found_count;
-	struct found *all = calloc(count + 1, sizeof(*all));
-	if (!all)
-		return -ENOMEM;
-	count = 0;
-	for (uint32_t c = 0; c < camera_count; c++) {
-		struct picture_reader *r = &reading->readers[c];
-
-		for (uint32_t i = 0; i < r->found_count; i++)
-			all[count++] = r->found[i];
-		qsort(r->blurs_px, r->blur_count, sizeof(double), compare_px);
-		counts[c] = r->counts;
-		counts[c].blur_px = r->blur_count ? r->blurs_px[r->blur_count / 2] : NAN;
-	}
-	qsort(all, count, sizeof(*all), compare_found);
-	int err = add_all(o, all, count, counts);
-	free(all);
-	return err;
+	view_search_finish(&r->search);
 }
 
 static int start_readers(struct reading *reading)
@@ -409,6 +205,7 @@ int calibrate_read(struct observations *observations, struct picture_counts *cou
 		   struct diag *diag)
 {
 	struct reading *reading = calloc(1, sizeof(*reading));
+	struct view_search *searches[CAMERA_MAX];
 	struct observations made = {0};
 	int err = 0;
 
@@ -420,6 +217,7 @@ int calibrate_read(struct observations *observations, struct picture_counts *cou
 	for (uint32_t c = 0; c < config->camera_count; c++) {
 		int one = open_reader(reading, c, diag);
 
+		searches[c] = &reading->readers[c].search;
 		err = err ? err : one;
 	}
 	if (!err)
@@ -427,7 +225,7 @@ int calibrate_read(struct observations *observations, struct picture_counts *cou
 	if (!err)
 		err = init_observations(&made, reading, diag);
 	if (!err)
-		err = put_together(&made, reading, counts);
+		err = views_put_together(&made, searches, counts);
 	if (err)
 		observations_finish(&made);
 	else

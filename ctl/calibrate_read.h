@@ -8,21 +8,9 @@
 #include <stdatomic.h>
 #include <stdint.h>
 
-#include "calib/corners.h"
 #include "calib/observations.h"
 #include "config/config.h"
-
-/* What became of a camera's pictures. */
-struct picture_counts {
-	uint32_t pictures;                           /* searched */
-	uint32_t good, without, few, blurred, other; /* enum corners_state */
-	uint32_t damaged; /* could not be read, or of another size than the first */
-	uint32_t apart;   /* good, but exposed at another time than the shot's other cameras */
-	double apart_ms;  /* of the worst of these */
-	double blur_px;   /* median of good and blurred ones; NaN without */
-	bool mirrored;
-	int width_px, height_px;
-};
+#include "ctl/calibrate_search.h"
 
 struct picture_progress {
 	_Atomic uint32_t done, with_board;

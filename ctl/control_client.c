@@ -48,6 +48,7 @@ struct connection {
 	int fd;
 	char *bytes; /* owned; received and not yet used */
 	size_t size, room;
+	int with_fd; /* owned; -1: none came */
 };
 
 static int send_call(int fd, const char *method, json_t *parameters, bool more)
@@ -71,6 +72,33 @@ static int send_call(int fd, const char *method, json_t *parameters, bool more)
 	return err;
 }
 
+static void keep_fd(struct connection *connection, struct msghdr *message)
+{
+	for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
+		if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_RIGHTS)
+			continue;
+		if (connection->with_fd >= 0)
+			close(connection->with_fd);
+		memcpy(&connection->with_fd, CMSG_DATA(c), sizeof(int));
+	}
+}
+
+static ssize_t receive_some(struct connection *connection)
+{
+	char room[CMSG_SPACE(sizeof(int))] __attribute__((aligned(sizeof(struct cmsghdr))));
+	struct iovec bytes = {connection->bytes + connection->size,
+			      connection->room - connection->size};
+	struct msghdr message = {.msg_iov = &bytes,
+				 .msg_iovlen = 1,
+				 .msg_control = room,
+				 .msg_controllen = sizeof(room)};
+	ssize_t got = recvmsg(connection->fd, &message, MSG_CMSG_CLOEXEC);
+
+	if (got > 0)
+		keep_fd(connection, &message);
+	return got;
+}
+
 static int receive_more(struct connection *connection)
 {
 	if (connection->size == connection->room) {
@@ -82,8 +110,7 @@ static int receive_more(struct connection *connection)
 		connection->bytes = bigger;
 		connection->room = room;
 	}
-	ssize_t got = recv(connection->fd, connection->bytes + connection->size,
-			   connection->room - connection->size, 0);
+	ssize_t got = receive_some(connection);
 
 	if (got <= 0)
 		return got < 0 ? -errno : -ECONNRESET;
@@ -203,7 +230,7 @@ static int next_reply(json_t **out, bool *continues, struct connection *connecti
 static int begin_call(struct connection *connection, const char *socket_dir, const char *method,
 		      json_t *parameters, bool more)
 {
-	*connection = (struct connection){.fd = -1};
+	*connection = (struct connection){.fd = -1, .with_fd = -1};
 	int code = connect_station(&connection->fd, socket_dir);
 
 	if (code) {
@@ -222,6 +249,8 @@ static void end_call(struct connection *connection)
 {
 	if (connection->fd >= 0)
 		close(connection->fd);
+	if (connection->with_fd >= 0)
+		close(connection->with_fd);
 	free(connection->bytes);
 }
 
@@ -233,6 +262,22 @@ int control_ask(json_t **out, const char *socket_dir, const char *method, json_t
 
 	if (code == EXIT_CODE_OK)
 		code = next_reply(out, &continues, &connection, socket_dir);
+	end_call(&connection);
+	return code;
+}
+
+int control_ask_fd(json_t **out, int *fd, const char *socket_dir, const char *method)
+{
+	struct connection connection;
+	bool continues;
+	int code = begin_call(&connection, socket_dir, method, NULL, false);
+
+	if (code == EXIT_CODE_OK)
+		code = next_reply(out, &continues, &connection, socket_dir);
+	if (code == EXIT_CODE_OK) {
+		*fd = connection.with_fd;
+		connection.with_fd = -1;
+	}
 	end_call(&connection);
 	return code;
 }

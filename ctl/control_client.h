@@ -10,6 +10,9 @@
  * parameters (the caller's) or an exit code, after a message on stderr that says what is wrong. */
 int control_ask(json_t **out, const char *socket_dir, const char *method, json_t *parameters);
 
+/* The same of a method whose reply brings a file descriptor: the caller's, -1 when none came. */
+int control_ask_fd(json_t **out, int *fd, const char *socket_dir, const char *method);
+
 /* Gets the parameters of one reply; false: enough. */
 typedef bool control_reply_fn(const json_t *parameters, void *user);
 
