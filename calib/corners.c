@@ -206,16 +206,3 @@ int corner_finder_is_mirrored(struct corner_finder *finder, const struct grey_im
 		*mirrored = finder->tags.found_count > 0;
 	return err;
 }
-
-const char *corners_state_words(enum corners_state state)
-{
-	static const char *const WORDS[] = {
-		[CORNERS_GOOD] = "good",
-		[CORNERS_NO_BOARD] = "no tag of the board in sight",
-		[CORNERS_FEW] = "too little of the board in sight",
-		[CORNERS_BLURRED] = "blurred by motion or focus",
-		[CORNERS_OTHER_BOARD] = "another board than described",
-	};
-
-	return WORDS[state];
-}

@@ -55,6 +55,3 @@ int corner_finder_run(struct corner_finder *finder, const struct grey_image *ima
  * mirrors. Returns 0 or -ENOMEM. */
 int corner_finder_is_mirrored(struct corner_finder *finder, const struct grey_image *image,
 			      bool *mirrored);
-
-/* "blurred by motion or focus", for messages. */
-const char *corners_state_words(enum corners_state state);

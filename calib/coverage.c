@@ -17,6 +17,10 @@
 #define TILTED_MIN 2     /* views to each side */
 #define REGIONS 3        /* of the image, per axis, for words */
 #define REGION_PART 0.34 /* of a region's cells must have corners */
+/* Of nine regions and four sides: a room's walls and cables keep the board out of some. */
+#define ENOUGH_VIEWS 20
+#define ENOUGH_REGIONS 7
+#define ENOUGH_SIDES 3
 #define DEGREES (180 / M_PI)
 
 struct finding {
@@ -173,13 +177,60 @@ static bool has_region(const struct camera_coverage *camera, int column, int row
 	return filled >= REGION_PART * wide * high;
 }
 
+static const char *const region_names[REGIONS][REGIONS] = {
+	{"upper left", "upper middle", "upper right"},
+	{"left", "middle", "right"},
+	{"lower left", "lower middle", "lower right"}};
+
+static int region_at(double px, int size_px)
+{
+	int region = (int)floor((px + 0.5) / size_px * REGIONS);
+
+	return region < 0 ? 0 : region >= REGIONS ? REGIONS - 1 : region;
+}
+
+const char *coverage_region_name(const struct observed_camera *camera, const double px[2])
+{
+	return region_names[region_at(px[1], camera->height_px)]
+			   [region_at(px[0], camera->width_px)];
+}
+
+static int regions_filled(const struct camera_coverage *camera)
+{
+	int filled = 0;
+
+	for (int y = 0; y < REGIONS; y++)
+		for (int x = 0; x < REGIONS; x++)
+			filled += has_region(camera, x, y);
+	return filled;
+}
+
+static int sides_tilted(const struct camera_coverage *camera)
+{
+	int sides = 0;
+
+	for (int s = 0; s < SIDE_COUNT; s++)
+		sides += camera->tilted[s] >= TILTED_MIN;
+	return sides;
+}
+
+bool coverage_enough(const struct camera_coverage *camera, bool alone)
+{
+	return camera->views >= ENOUGH_VIEWS && (camera->linked || alone) &&
+	       regions_filled(camera) >= ENOUGH_REGIONS && sides_tilted(camera) >= ENOUGH_SIDES;
+}
+
+double coverage_progress(const struct camera_coverage *camera, bool alone)
+{
+	return (fmin(1, camera->views / (double)ENOUGH_VIEWS) + (camera->linked || alone) +
+		fmin(1, regions_filled(camera) / (double)ENOUGH_REGIONS) +
+		fmin(1, sides_tilted(camera) / (double)ENOUGH_SIDES)) /
+	       4;
+}
+
 void coverage_missing(const struct camera_coverage *camera, bool alone,
 		      char words[COVERAGE_WORDS_BYTES])
 {
-	static const char *const regions[REGIONS][REGIONS] = {
-		{"upper left", "upper middle", "upper right"},
-		{"left", "middle", "right"},
-		{"lower left", "lower middle", "lower right"}};
 	static const char *const sides[SIDE_COUNT] = {"tilted left", "tilted right", "tilted up",
 						      "tilted down"};
 
@@ -191,7 +242,7 @@ void coverage_missing(const struct camera_coverage *camera, bool alone,
 	for (int y = 0; y < REGIONS; y++)
 		for (int x = 0; x < REGIONS; x++)
 			if (!has_region(camera, x, y))
-				add_word(words, regions[y][x]);
+				add_word(words, region_names[y][x]);
 	for (int s = 0; s < SIDE_COUNT; s++)
 		if (camera->tilted[s] < TILTED_MIN)
 			add_word(words, sides[s]);

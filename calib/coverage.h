@@ -4,6 +4,7 @@
  */
 #pragma once
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "calib/observations.h"
@@ -26,8 +27,18 @@ struct camera_coverage {
 /* `cameras` has a place for each of the observations'. Returns 0 or -ENOMEM. */
 int coverage_find(struct camera_coverage *cameras, const struct observations *observations);
 
-#define COVERAGE_WORDS_BYTES 160
+#define COVERAGE_WORDS_BYTES 256
 
-/* "upper left, tilted to the right"; "" when there is enough. */
+/* Enough to stop waving: views and links, most of the image, tilts to most sides. What is missing
+ * beyond that would make it better. `alone`: there is no other camera. */
+bool coverage_enough(const struct camera_coverage *camera, bool alone);
+
+/* How near that is: 0 to 1, and 1 only when it is. */
+double coverage_progress(const struct camera_coverage *camera, bool alone);
+
+/* "upper left", "middle": of the nine regions of an image. */
+const char *coverage_region_name(const struct observed_camera *camera, const double px[2]);
+
+/* "upper left, tilted to the right"; "" when nothing is. */
 void coverage_missing(const struct camera_coverage *camera, bool alone,
 		      char words[COVERAGE_WORDS_BYTES]);

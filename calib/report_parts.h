@@ -12,6 +12,3 @@ void report_images_print(FILE *file, const struct report_facts *facts);
 
 /* report_space.c: cameras, board and uncertainty from above, from the front and from the side. */
 void report_space_print(FILE *file, const struct report_facts *facts);
-
-/* A colour from calm to hot, `part` 0 to 1, as "#rrggbb". */
-void report_colour(double part, char colour[8]);

@@ -155,7 +155,8 @@ static void print_cameras(FILE *file, const struct report_facts *facts)
 	}
 }
 
-void report_colour(double part, char colour[8])
+/* From calm to hot, `part` 0 to 1, as "#rrggbb". */
+static void find_colour(double part, char colour[8])
 {
 	static const double calm[3] = {58, 134, 168}, warm[3] = {240, 190, 80},
 			    hot[3] = {200, 50, 60};
@@ -186,7 +187,7 @@ static void print_points(FILE *file, const struct report_facts *facts, const str
 		struct vec3 p = to_stage(facts, volume->p_ref_m[i]);
 
 		place(sheet, p, at);
-		report_colour(sigma_mm(u, i) / limit_mm, colour);
+		find_colour(sigma_mm(u, i) / limit_mm, colour);
 		fprintf(file,
 			"<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\" fill=\"%s\" "
 			"fill-opacity=\"0.75\">"

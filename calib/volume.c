@@ -34,17 +34,15 @@ static double along(double low, double high, int step)
 	return low + (high - low) * step / (VOLUME_SIDE - 1);
 }
 
-int volume_of_box(struct volume *volume, const struct solution *solution,
-		  const struct observations *observations, const struct pose *rt_ref_box,
-		  struct vec3 low_m, struct vec3 high_m)
+static int take_box(struct volume *volume, const struct solution *solution,
+		    const struct observations *observations, struct vec3 low_m, struct vec3 high_m)
 {
 	uint32_t count = 0;
 
 	for (int i = 0; i < VOLUME_POINT_MAX; i++) {
-		struct vec3 in_box = {along(low_m.x, high_m.x, i % VOLUME_SIDE),
-				      along(low_m.y, high_m.y, i / VOLUME_SIDE % VOLUME_SIDE),
-				      along(low_m.z, high_m.z, i / (VOLUME_SIDE * VOLUME_SIDE))};
-		struct vec3 p = pose_apply(rt_ref_box, in_box);
+		struct vec3 p = {along(low_m.x, high_m.x, i % VOLUME_SIDE),
+				 along(low_m.y, high_m.y, i / VOLUME_SIDE % VOLUME_SIDE),
+				 along(low_m.z, high_m.z, i / (VOLUME_SIDE * VOLUME_SIDE))};
 		uint32_t mask = cameras_at(solution, observations, p);
 
 		if (__builtin_popcount(mask) < 2)
@@ -78,7 +76,6 @@ int volume_of_poses(struct volume *volume, const struct solution *solution,
 	const struct board *board = &observations->board;
 	uint32_t count = solution->pose_count;
 	double *axes = malloc(3 * (size_t)count * sizeof(*axes));
-	struct pose identity = POSE_IDENTITY;
 	struct vec3 low, high;
 
 	if (!axes || !count) {
@@ -100,7 +97,7 @@ int volume_of_poses(struct volume *volume, const struct solution *solution,
 	trim(axes + count, count, &low.y, &high.y);
 	trim(axes + 2 * count, count, &low.z, &high.z);
 	free(axes);
-	return volume_of_box(volume, solution, observations, &identity, low, high);
+	return take_box(volume, solution, observations, low, high);
 }
 
 /* Where `other` has what `solution` sees at a point. */

@@ -18,13 +18,8 @@ struct volume {
 	uint32_t camera_mask[VOLUME_POINT_MAX]; /* two or more cameras have it in their image */
 };
 
-/* The points of a box that two cameras see, in coordinates of the solution's reference.
- * `rt_ref_box` has the box's axes. Returns 0, or -EDOM when there are fewer than four. */
-int volume_of_box(struct volume *volume, const struct solution *solution,
-		  const struct observations *observations, const struct pose *rt_ref_box,
-		  struct vec3 low_m, struct vec3 high_m);
-
-/* The box in which nine tenths of the board's middles were, along the axes of camera 0. */
+/* The points that two cameras see of the box in which nine tenths of the board's middles were,
+ * along the axes of camera 0. Returns 0, or -EDOM when there are fewer than four. */
 int volume_of_poses(struct volume *volume, const struct solution *solution,
 		    const struct observations *observations);
 

@@ -11,6 +11,7 @@
 #include "config/calibration.h"
 #include "ctl/arguments.h"
 #include "ctl/output_file.h"
+#include "ctl/print_json.h"
 
 struct wanted {
 	const char *print, *save, *squares;
@@ -73,9 +74,7 @@ static void report(const struct wanted *wanted, const struct board *board)
 			"{s:s, s:i, s:i, s:f, s:f, s:i}", "file", wanted->print, "squares_x",
 			board->squares_x, "squares_y", board->squares_y, "square_m",
 			board->square_m, "tag_part", board->tag_part, "first_id", board->first_id);
-		json_dumpf(object, stdout, JSON_COMPACT);
-		putchar('\n');
-		json_decref(object);
+		print_json(object);
 		return;
 	}
 	printf("%s: %d x %d squares of %.1f mm\n", wanted->print, board->squares_x,

@@ -1,10 +1,8 @@
 /*
- * stagectl calibrate cameras: from pictures of a waved board, or the corners kept from them, to a
- * rig in force. Until it has passed, nothing of the rig from before is touched.
+ * stagectl calibrate cameras: from a board that is waved before the running station, from pictures
+ * of one, or from the corners kept from either, to a rig in force.
  */
 #include <errno.h>
-#include <limits.h>
-#include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,26 +11,23 @@
 #include <unistd.h>
 
 #include "base/exit_codes.h"
-#include "calib/before.h"
 #include "calib/choose.h"
 #include "calib/observations_file.h"
-#include "calib/report.h"
 #include "calib/rig_store.h"
-#include "calib/rig_write.h"
-#include "calib/scale_check.h"
 #include "ctl/arguments.h"
+#include "ctl/calibrate_live.h"
+#include "ctl/calibrate_make.h"
 #include "ctl/calibrate_read.h"
 #include "ctl/calibrate_screen.h"
-
-#ifndef STAGE_VERSION
-#error "STAGE_VERSION comes from meson"
-#endif
-
-#define CORNERS_NAME "corners.vnl"
+#include "ctl/calibrate_told.h"
+#include "ctl/control_client.h"
+#include "ctl/print_json.h"
 
 struct calibrate {
-	const char *from, *config_path, *board_path, *out, *lens;
+	const char *from, *config_path, *board_path, *out, *lens, *socket_dir;
+	double seconds_max;
 	bool json, accept_scale, has_config, from_corners;
+	struct live_station station;
 	struct config config;
 	struct board board;
 	char rig_dir[PATH_MAX];
@@ -41,20 +36,7 @@ struct calibrate {
 	struct observations observations; /* chosen */
 	struct camera_coverage coverage[CAMERA_MAX];
 	uint32_t near_count;
-	struct rig before;
-	uint32_t before_number;
-	struct seed seed;
-	struct solution solution;
-	struct volume volume;
-	struct uncertainty uncertainty;
-	struct cross_check check;
-	struct verdict verdict;
-	struct camera_move moves[CAMERA_MAX];
-	struct pose rt_stage_ref;
-	double scale;
-	bool scale_changed;
-	uint32_t number;
-	char revision[17], revision_dir[PATH_MAX];
+	struct calibrate_making making;
 };
 
 static volatile sig_atomic_t stopped;
@@ -91,6 +73,7 @@ static bool ends_with(const char *text, const char *end)
 
 static int load_config(struct calibrate *k, struct diag *diag)
 {
+	const char *from = k->from ? k->from : k->station.config_path;
 	char path[PATH_MAX];
 
 	if (!k->config_path && k->from_corners) {
@@ -99,7 +82,7 @@ static int load_config(struct calibrate *k, struct diag *diag)
 	}
 	if (k->config_path)
 		snprintf(path, sizeof(path), "%s", k->config_path);
-	else if (snprintf(path, sizeof(path), is_dir(k->from) ? "%s/stage.yaml" : "%s", k->from) >=
+	else if (snprintf(path, sizeof(path), is_dir(from) ? "%s/stage.yaml" : "%s", from) >=
 		 PATH_MAX)
 		return -ENAMETOOLONG;
 	k->has_config = true;
@@ -135,56 +118,24 @@ static int find_rig(struct calibrate *k, struct diag *diag)
 		return -ENAMETOOLONG;
 	}
 	strcpy(k->rig_dir, dir);
-	k->before_number = rig_store_in_force(k->rig_dir);
-	return rig_store_path(k->kept_path, k->rig_dir, CORNERS_NAME, true, diag);
+	return rig_store_path(k->kept_path, k->rig_dir, "corners.vnl", true, diag);
 }
 
-static void complain_of_camera(const struct calibrate *k, uint32_t c, struct diag *diag)
+/* An exit code. */
+static int prepare(struct calibrate *k, struct diag *diag)
 {
-	const struct picture_counts *n = &k->counts[c];
-	const char *name = k->observations.cameras[c].name;
+	int code = k->from ? 0 : calibrate_live_look(&k->station, k->socket_dir);
 
-	if (n->mirrored && !n->good)
-		diag_add(
-			diag,
-			"camera %s: its pictures are mirrored: no tag can be read, but their "
-			"mirror images can; switch off the camera's flip (ReverseX), and take away "
-			"any mirror from its path",
-			name);
-	else if (n->other > n->good)
-		diag_add(
-			diag,
-			"camera %s: %u of %u pictures show another board than %d x %d squares with "
-			"tags from %d on; count the squares, and correct calibration.board",
-			name, n->other, n->pictures, k->board.squares_x, k->board.squares_y,
-			k->board.first_id);
-	else if (n->blurred > n->good)
-		diag_add(diag,
-			 "camera %s: %u of %u views are blurred (%.1f px, at most %.1f px); wave "
-			 "slower, light more, or focus the lens",
-			 name, n->blurred, n->blurred + n->good, n->blur_px,
-			 k->config.calibration.blur_max_px);
-}
+	if (code)
+		return code;
+	k->from_corners = k->from && ends_with(k->from, ".vnl");
+	int err = load_config(k, diag);
 
-/* What pictures show and corners do not. Returns 0 or -EINVAL. */
-static int check_pictures(const struct calibrate *k, struct diag *diag)
-{
-	int before = diag->count;
-
-	for (uint32_t c = 0; c < k->observations.camera_count; c++)
-		complain_of_camera(k, c, diag);
-	if (diag->count > before)
-		return -EINVAL;
-	for (uint32_t c = 0; c < k->observations.camera_count; c++)
-		if (k->counts[c].apart)
-			fprintf(stderr,
-				"camera %s: %u views were exposed up to %.2f ms apart from the "
-				"other "
-				"cameras' and link it to none; calibrate with all exposures at one "
-				"time\n",
-				k->observations.cameras[c].name, k->counts[c].apart,
-				k->counts[c].apart_ms);
-	return 0;
+	if (!err)
+		err = find_board(k, diag);
+	if (!err)
+		err = find_rig(k, diag);
+	return exit_code_of(err, EXIT_CODE_BAD_INPUT);
 }
 
 static void no_progress(const struct picture_progress *progress, void *user)
@@ -193,189 +144,112 @@ static void no_progress(const struct picture_progress *progress, void *user)
 	(void)user;
 }
 
-static int choose(struct calibrate *k, struct observations *all)
+static int read_pictures(struct calibrate *k, struct observations *all, struct diag *diag)
+{
+	return calibrate_read(all, k->counts, &k->config, &k->board, &stopped,
+			      isatty(STDERR_FILENO) ? screen_progress : no_progress, NULL, diag);
+}
+
+static int look_at_pictures(struct calibrate *k, struct observations *all, struct diag *diag)
+{
+	const struct live_options live = {.socket_dir = k->socket_dir,
+					  .kept_path = k->kept_path,
+					  .seconds_max = k->seconds_max,
+					  .json = k->json};
+
+	on_signals(stop);
+	int code = k->from ? (int)exit_code_of(read_pictures(k, all, diag), EXIT_CODE_BAD_INPUT)
+			   : calibrate_live(all, k->counts, &k->config.calibration, &k->board,
+					    &live, &stopped);
+	on_signals(SIG_DFL);
+	return code;
+}
+
+static int choose(struct calibrate *k, const struct observations *all)
 {
 	struct choose_settings settings = CHOOSE_SETTINGS_DEFAULT;
 
 	settings.poses_max = (uint32_t)k->config.calibration.poses_max;
 	int err = observations_choose(&k->observations, all, &settings, &k->near_count);
-	if (!err)
-		err = coverage_find(k->coverage, &k->observations);
-	return err;
+	return err ? err : coverage_find(k->coverage, &k->observations);
 }
 
-/* The corners are on the disk when it returns 0. */
+/* The corners are on the disk when it returns 0; else an exit code. */
 static int gather(struct calibrate *k, struct diag *diag)
 {
 	struct observations all = {0};
-	int err;
+	int code = k->from_corners ? (int)exit_code_of(observations_read(&all, k->from, diag),
+						       EXIT_CODE_BAD_INPUT)
+				   : look_at_pictures(k, &all, diag);
 
-	if (k->from_corners) {
-		err = observations_read(&all, k->from, diag);
-	} else {
-		on_signals(stop);
-		err = calibrate_read(&all, k->counts, &k->config, &k->board, &stopped,
-				     isatty(STDERR_FILENO) ? screen_progress : no_progress, NULL,
-				     diag);
-		on_signals(SIG_DFL);
-	}
-	if (!err && k->from_corners)
+	if (code)
+		return code;
+	if (k->from_corners)
 		k->board = all.board;
-	if (!err)
-		err = choose(k, &all);
+	int err = choose(k, &all);
 	observations_finish(&all);
 	if (!err)
 		err = observations_write(&k->observations, k->kept_path, diag);
-	return err;
+	return exit_code_of(err, EXIT_CODE_BAD_INPUT);
 }
 
-static int find_before(struct calibrate *k, struct diag *diag)
+static int make(struct calibrate *k, struct diag *diag)
 {
-	int err = rig_before(&k->before, k->rig_dir, &k->observations);
+	int err = 0;
 
-	return err ? err : rig_before_check_sizes(&k->before, k->rig_dir, &k->observations, diag);
-}
-
-static int solve_all(struct calibrate *k, struct diag *diag)
-{
-	struct solve_settings settings = SOLVE_SETTINGS_DEFAULT;
-	const struct observations *o = &k->observations;
-
-	settings.lens = k->lens;
-	int err = seed_make(&k->seed, o, diag);
-	if (!err)
-		err = solve(&k->solution, o, &k->seed, &settings, diag);
-	if (!err)
-		err = volume_of_poses(&k->volume, &k->solution, o);
-	if (!err)
-		err = uncertainty_find(&k->uncertainty, &k->solution, o, &k->volume);
-	if (err == -EDOM) {
-		diag_add(diag, "no part of the volume is seen by two cameras; wave the board where "
-			       "their images overlap");
-		return -EINVAL;
+	k->making.rig_dir = k->rig_dir;
+	k->making.kept_path = k->kept_path;
+	k->making.lens = k->lens;
+	k->making.accept_scale = k->accept_scale;
+	k->making.calibration = &k->config.calibration;
+	k->making.observations = &k->observations;
+	k->making.coverage = k->coverage;
+	if (!k->from_corners)
+		err = calibrate_check_pictures(&k->observations, k->counts, &k->board,
+					       k->config.calibration.blur_max_px, diag);
+	if (!err) {
+		fprintf(stderr, "solving: %u cameras, %u poses of the board\n",
+			k->observations.camera_count, observations_pose_count(&k->observations));
+		err = calibrate_make(&k->making, diag);
 	}
-	if (!err)
-		err = cross_check(&k->check, o, &k->seed, &k->solution, &k->volume, &settings,
-				  diag);
-	return err;
-}
-
-static void judge(struct calibrate *k, struct diag *diag)
-{
-	struct diag quiet = {0};
-
-	k->verdict = verdict_of(&k->config.calibration.limits, &k->observations, &k->solution,
-				&k->uncertainty, &k->check);
-	k->rt_stage_ref = rig_before_frame(&k->before, &k->observations, &k->solution, k->moves);
-	k->scale = 1;
-	k->scale_changed = scale_has_changed(&k->observations, &k->solution, &k->before, &k->scale,
-					     k->accept_scale ? &quiet : diag);
-	if (k->scale_changed && !k->accept_scale) {
-		diag_add(diag, "if this print is the right one, say --accept-scale");
-		k->verdict.passed = false;
-	}
-	diag_finish(&quiet);
-}
-
-static int write_report(const struct calibrate *k, const struct rig_facts *rig, struct diag *diag)
-{
-	char path[PATH_MAX], before[16] = "";
-
-	if (snprintf(path, sizeof(path), "%s/report.html", k->revision_dir) >= PATH_MAX)
-		return -ENAMETOOLONG;
-	if (k->before_number)
-		snprintf(before, sizeof(before), "%04u", k->before_number);
-	const struct report_facts facts = {.rig = rig,
-					   .revision = k->revision,
-					   .coverage = k->coverage,
-					   .moves = k->moves,
-					   .before = k->before.camera_count && !*before ? "before"
-											: before,
-					   .scale = k->scale};
-	return report_write(path, &facts, diag);
-}
-
-static int keep_corners(const struct calibrate *k, struct diag *diag)
-{
-	char path[PATH_MAX];
-
-	if (snprintf(path, sizeof(path), "%s/" CORNERS_NAME, k->revision_dir) >= PATH_MAX)
-		return -ENAMETOOLONG;
-	if (!rename(k->kept_path, path))
-		return 0;
-	int err = -errno;
-	diag_add(diag, "%s: cannot write: %s", path, strerror(-err));
-	return err;
-}
-
-static int write_rig(struct calibrate *k, struct diag *diag)
-{
-	const struct rig_facts rig = {.software = "stage " STAGE_VERSION,
-				      .observations = &k->observations,
-				      .solution = &k->solution,
-				      .volume = &k->volume,
-				      .uncertainty = &k->uncertainty,
-				      .cross_check = &k->check,
-				      .verdict = &k->verdict,
-				      .rt_stage_ref = k->rt_stage_ref};
-	uint32_t kept;
-	int err = rig_store_next(k->rig_dir, &k->number, diag);
-
-	if (!err)
-		err = rig_store_revision_path(k->revision_dir, k->rig_dir, k->number, diag);
-	if (!err)
-		err = rig_write(k->revision_dir, &rig, k->revision, diag);
-	if (!err)
-		err = write_report(k, &rig, diag);
-	if (!err)
-		err = keep_corners(k, diag);
-	if (!err && k->verdict.passed)
-		err = rig_store_put_in_force(k->rig_dir, k->number, &kept, diag);
-	return err;
+	return exit_code_of(err, EXIT_CODE_BAD_INPUT);
 }
 
 static void print_result(const struct calibrate *k)
 {
 	if (!k->json) {
-		screen_verdict(&k->verdict);
-		printf("%s: revision %04u, %s; report: %s/report.html\n", k->rig_dir, k->number,
-		       k->verdict.passed ? "in force" : "NOT in force: the rig from before stays",
-		       k->revision_dir);
+		calibrate_making_print(&k->making);
 		return;
 	}
-	json_t *object = json_pack(
-		"{s:s, s:i, s:s, s:s, s:b, s:f, s:f, s:f, s:f, s:i, s:i, s:o, s:o}", "rig",
-		k->rig_dir, "number", (int)k->number, "dir", k->revision_dir, "revision",
-		k->revision, "passed", k->verdict.passed, "rms_px", k->solution.rms_px,
-		"held_out_px", k->check.held_out_rms_px, "uncertainty_mm",
-		1e3 * k->uncertainty.rms_m, "worst_mm", 1e3 * k->uncertainty.worst_m, "poses",
-		(int)k->solution.pose_count, "near_duplicates", (int)k->near_count, "limits",
-		screen_verdict_json(&k->verdict), "cameras",
-		screen_coverage_json(&k->observations, k->coverage,
-				     k->from_corners ? NULL : k->counts));
-	json_dumpf(object, stdout, JSON_COMPACT);
-	putchar('\n');
-	json_decref(object);
+	json_t *object = calibrate_making_json(&k->making);
+	json_object_set_new(object, "event", json_string("result"));
+	json_object_set_new(object, "near_duplicates", json_integer(k->near_count));
+	json_object_set_new(object, "cameras",
+			    screen_coverage_json(&k->observations, k->coverage,
+						 k->from_corners ? NULL : k->counts));
+	print_json(object);
 }
 
-static int prepare(struct calibrate *k, struct diag *diag)
+/* The station's own rig: it uses the new one from its next shot on. */
+static int reload(const struct calibrate *k)
 {
-	k->from_corners = ends_with(k->from, ".vnl");
-	int err = load_config(k, diag);
+	if (k->from || k->out || k->config_path)
+		return EXIT_CODE_OK;
+	int code = calibrate_live_reload(k->socket_dir);
 
-	if (!err)
-		err = find_board(k, diag);
-	return err ? err : find_rig(k, diag);
+	if (!code && !k->json)
+		puts("the station uses it; stagectl start");
+	return code;
 }
 
 static int run(struct calibrate *k, struct diag *diag)
 {
-	int err = prepare(k, diag);
+	int code = prepare(k, diag);
 
-	if (!err)
-		err = gather(k, diag);
-	if (err)
-		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+	if (!code)
+		code = gather(k, diag);
+	if (code)
+		return code;
 	if (!k->json)
 		screen_coverage(&k->observations, k->coverage, k->from_corners ? NULL : k->counts);
 	if (stopped) {
@@ -385,28 +259,17 @@ static int run(struct calibrate *k, struct diag *diag)
 			k->kept_path);
 		return EXIT_CODE_INCOMPLETE;
 	}
-	if (!k->from_corners)
-		err = check_pictures(k, diag);
-	if (!err)
-		err = find_before(k, diag);
-	if (!err)
-		err = solve_all(k, diag);
-	if (!err) {
-		judge(k, diag);
-		err = write_rig(k, diag);
-	}
-	if (err)
-		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+	code = make(k, diag);
+	if (code)
+		return code;
 	print_result(k);
-	return k->verdict.passed ? EXIT_CODE_OK : EXIT_CODE_BAD_INPUT;
+	return k->making.verdict.passed ? reload(k) : (int)EXIT_CODE_BAD_INPUT;
 }
 
 static void finish(struct calibrate *k)
 {
 	observations_finish(&k->observations);
-	seed_finish(&k->seed);
-	solution_finish(&k->solution);
-	rig_finish(&k->before);
+	calibrate_making_finish(&k->making);
 	free(k);
 }
 
@@ -418,10 +281,16 @@ int verb_calibrate_cameras(const struct verb *verb, int argc, char **argv)
 	if (!k)
 		return EXIT_CODE_INTERNAL;
 	k->lens = SOLVE_LENS_DEFAULT;
+	k->socket_dir = DEFAULT_SOCKET_DIR;
 	const struct argument arguments[] = {
-		{"from", "PATH", "a recording's directory or config, or corners.vnl",
+		{"from", "PATH",
+		 "a recording's directory or config, or corners.vnl (default: live)",
 		 .text = &k->from},
-		{"config", "FILE", "board, limits and rig (default: the recording's own)",
+		{"socket-dir", "DIR", "of the station, live (default " DEFAULT_SOCKET_DIR ")",
+		 .text = &k->socket_dir},
+		{"seconds", "N", "live: solve after so many, even if more is missing",
+		 .number = &k->seconds_max},
+		{"config", "FILE", "board, limits and rig (default: the station's or recording's)",
 		 .text = &k->config_path},
 		{"board", "FILE", "describes the board (default: the config's calibration.board)",
 		 .text = &k->board_path},
@@ -430,18 +299,13 @@ int verb_calibrate_cameras(const struct verb *verb, int argc, char **argv)
 		 .text = &k->lens},
 		{"accept-scale", NULL, "all distances may differ from the rig before",
 		 .flag = &k->accept_scale},
-		{"json", NULL, "print one JSON object", .flag = &k->json},
+		{"json", NULL, "print JSON objects: events while live, then the result",
+		 .flag = &k->json},
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, NULL, 0);
-	int code = arguments_exit_code(parsed);
+	int code = parsed == ARGUMENTS_OK ? run(k, &diag) : arguments_exit_code(parsed);
 
-	if (parsed == ARGUMENTS_OK && !k->from) {
-		fprintf(stderr, "stagectl: --from is missing: a recording of the board\n");
-		code = EXIT_CODE_USAGE;
-	} else if (parsed == ARGUMENTS_OK) {
-		code = run(k, &diag);
-	}
 	diag_print(&diag, stderr);
 	diag_finish(&diag);
 	finish(k);

@@ -15,6 +15,7 @@
 #include "calib/rig_store.h"
 #include "config/config.h"
 #include "ctl/arguments.h"
+#include "ctl/print_json.h"
 
 #define FACTS_SIZE_MAX (1 << 20)
 #define VALUE_BYTES 64
@@ -149,8 +150,7 @@ static int list(const struct asked *asked, struct diag *diag)
 			print_revision(&revision);
 	}
 	if (count >= 0 && asked->json) {
-		json_dumpf(all, stdout, JSON_COMPACT);
-		putchar('\n');
+		print_json(json_incref(all));
 	} else if (count == 0) {
 		printf("%s has no revisions yet\n", asked->rig_dir);
 	}
@@ -172,11 +172,7 @@ static int show(const struct asked *asked, struct diag *diag)
 	}
 	take_revision(&revision, asked->rig_dir, number);
 	if (asked->json) {
-		json_t *object = revision_json(&revision);
-
-		json_dumpf(object, stdout, JSON_COMPACT);
-		putchar('\n');
-		json_decref(object);
+		print_json(revision_json(&revision));
 		return 0;
 	}
 	char *text = read_facts(asked->rig_dir, number, diag);

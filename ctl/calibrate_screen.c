@@ -4,7 +4,9 @@
 #include "ctl/calibrate_screen.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 #define BAR_WIDTH 30
 #define LINES (COVERAGE_ROWS / 2) /* of a camera's picture */
@@ -22,31 +24,54 @@ void screen_progress(const struct picture_progress *progress, void *user)
 		(uint32_t)progress->with_board, done >= progress->of ? "\n" : " ");
 }
 
-/* Two rows of cells in a line of text. */
-static void print_line(const struct camera_coverage *camera, int line)
+void screen_camera_line(FILE *out, const struct camera_coverage *camera, int line)
 {
 	static const char *const blocks[] = {" ", "▀", "▄", "█"};
 
-	printf("▕");
+	fputs("▕", out);
 	for (int x = 0; x < COVERAGE_COLUMNS; x++)
 		fputs(blocks[(camera->cells[2 * line][x] > 0) +
 			     2 * (camera->cells[2 * line + 1][x] > 0)],
-		      stdout);
-	printf("▏ ");
+		      out);
+	fputs("▏ ", out);
 }
 
-static void print_facts(const struct camera_coverage *camera, const struct picture_counts *counts)
+static void add(char *text, size_t size, const char *format, ...)
+	__attribute__((format(printf, 3, 4)));
+
+static void add(char *text, size_t size, const char *format, ...)
 {
-	printf("%u views, %.0f %% of the image", camera->views, 100 * camera->part);
+	size_t length = strlen(text);
+	va_list arguments;
+
+	va_start(arguments, format);
+	vsnprintf(text + length, size - length, format, arguments);
+	va_end(arguments);
+}
+
+void screen_camera_facts(char *text, size_t size, const struct camera_coverage *camera,
+			 const struct picture_counts *counts)
+{
+	snprintf(text, size, "%u views, %.0f %% of the image", camera->views, 100 * camera->part);
 	if (!isnan(camera->tilt_deg))
-		printf(", tilted up to %.0f°", camera->tilt_deg);
+		add(text, size, ", tilted up to %.0f°", camera->tilt_deg);
 	if (counts && !isnan(counts->blur_px))
-		printf(", blur %.1f px", counts->blur_px);
+		add(text, size, ", blur %.1f px", counts->blur_px);
 	if (counts && counts->blurred)
-		printf(", %u blurred", counts->blurred);
+		add(text, size, ", %u blurred", counts->blurred);
 	if (counts && counts->damaged)
-		printf(", %u damaged", counts->damaged);
-	putchar('\n');
+		add(text, size, ", %u damaged", counts->damaged);
+}
+
+void screen_camera_missing(char *text, size_t size, const struct camera_coverage *camera,
+			   bool alone)
+{
+	char words[COVERAGE_WORDS_BYTES];
+	bool enough = coverage_enough(camera, alone);
+
+	coverage_missing(camera, alone, words);
+	snprintf(text, size, "%s%s%s", enough ? "enough" : "",
+		 *words ? enough ? "; better still with: " : "missing: " : "", words);
 }
 
 static void print_links(const struct observations *o, const struct camera_coverage *camera)
@@ -61,27 +86,26 @@ static void print_links(const struct observations *o, const struct camera_covera
 	puts(camera->linked ? "" : "no link to another camera");
 }
 
-static void print_missing(const struct observations *o, const struct camera_coverage *camera)
-{
-	char words[COVERAGE_WORDS_BYTES];
-
-	coverage_missing(camera, o->camera_count == 1, words);
-	printf("%s%s\n", *words ? "missing: " : "enough", words);
-}
-
 void screen_coverage(const struct observations *o, const struct camera_coverage *coverage,
 		     const struct picture_counts *counts)
 {
+	char text[320];
+
 	for (uint32_t c = 0; c < o->camera_count; c++)
 		for (int line = 0; line < LINES; line++) {
 			printf("%-8s", line ? "" : o->cameras[c].name);
-			print_line(&coverage[c], line);
-			if (line == 0)
-				print_facts(&coverage[c], counts ? &counts[c] : NULL);
-			else if (line == 1)
+			screen_camera_line(stdout, &coverage[c], line);
+			if (line == 1) {
 				print_links(o, &coverage[c]);
+				continue;
+			}
+			if (line == 0)
+				screen_camera_facts(text, sizeof(text), &coverage[c],
+						    counts ? &counts[c] : NULL);
 			else
-				print_missing(o, &coverage[c]);
+				screen_camera_missing(text, sizeof(text), &coverage[c],
+						      o->camera_count == 1);
+			puts(text);
 		}
 }
 
@@ -107,13 +131,16 @@ json_t *screen_coverage_json(const struct observations *o, const struct camera_c
 		json_t *object;
 
 		coverage_missing(k, o->camera_count == 1, words);
-		object = json_pack("{s:s, s:i, s:f, s:i, s:s}", "name", o->cameras[c].name, "views",
-				   (int)k->views, "image_part", k->part, "linked", (int)k->linked,
-				   "missing", words);
+		object = json_pack("{s:s, s:i, s:f, s:i, s:b, s:s}", "name", o->cameras[c].name,
+				   "views", (int)k->views, "image_part", k->part, "linked",
+				   (int)k->linked, "enough",
+				   coverage_enough(k, o->camera_count == 1), "missing", words);
 		if (!isnan(k->tilt_deg))
 			json_object_set_new(object, "tilt_deg", json_real(k->tilt_deg));
 		if (counts) {
 			json_object_set_new(object, "pictures", json_integer(counts[c].pictures));
+			json_object_set_new(object, "unchanged", json_integer(counts[c].unchanged));
+			json_object_set_new(object, "skipped", json_integer(counts[c].skipped));
 			json_object_set_new(object, "blurred", json_integer(counts[c].blurred));
 			json_object_set_new(object, "damaged", json_integer(counts[c].damaged));
 		}

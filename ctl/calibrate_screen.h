@@ -4,6 +4,7 @@
 #pragma once
 
 #include <jansson.h>
+#include <stdio.h>
 
 #include "calib/coverage.h"
 #include "calib/verdict.h"
@@ -17,6 +18,14 @@ void screen_progress(const struct picture_progress *progress, void *user);
 void screen_coverage(const struct observations *observations,
 		     const struct camera_coverage *coverage, const struct picture_counts *counts);
 void screen_verdict(const struct verdict *verdict);
+
+/* Their parts: a line of a camera's picture, of COVERAGE_ROWS / 2; what its views are; what is
+ * missing in them. */
+void screen_camera_line(FILE *out, const struct camera_coverage *camera, int line);
+void screen_camera_facts(char *text, size_t size, const struct camera_coverage *camera,
+			 const struct picture_counts *counts);
+void screen_camera_missing(char *text, size_t size, const struct camera_coverage *camera,
+			   bool alone);
 
 /* The same as JSON; a new reference, or NULL. */
 json_t *screen_coverage_json(const struct observations *observations,

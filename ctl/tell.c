@@ -6,6 +6,7 @@
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
 #include "ctl/control_client.h"
+#include "ctl/print_json.h"
 
 /* Prints `key` of the reply. */
 static int tell(const struct verb *verb, int argc, char **argv, const char *method, const char *key)
@@ -27,10 +28,9 @@ static int tell(const struct verb *verb, int argc, char **argv, const char *meth
 	if (code)
 		return code;
 	if (json)
-		json_dumpf(reply, stdout, JSON_COMPACT);
+		print_json(json_incref(reply));
 	else
-		fputs(json_string_value(json_object_get(reply, key)), stdout);
-	putchar('\n');
+		puts(json_string_value(json_object_get(reply, key)));
 	json_decref(reply);
 	return EXIT_CODE_OK;
 }

@@ -1,6 +1,8 @@
 /*
  * GetStatus: everything an operator or a test wants to know, losses by cause.
  */
+#include <limits.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/clock.h"
@@ -208,6 +210,15 @@ static double uptime_s(const struct station *station, int64_t now_ns)
 	return captures ? (double)(now_ns - station->started_ns) / NS_PER_S : 0;
 }
 
+/* As programs with another working directory find it. */
+static json_t *config_json(const struct station *station)
+{
+	const char *path = station->stage.config.path;
+	char whole[PATH_MAX];
+
+	return json_string(realpath(path, whole) ? whole : path);
+}
+
 json_t *station_status_json(const struct control_context *context)
 {
 	const struct station *station = context->station;
@@ -219,10 +230,10 @@ json_t *station_status_json(const struct control_context *context)
 
 	station_accounts(station, &accounts);
 	json_t *status = json_pack(
-		"{s:s, s:s, s:f, s:s, s:s, s:s, s:b, s:b, s:o, s:I, s:{s:f, s:f}, s:o, s:o, "
+		"{s:s, s:s, s:f, s:o, s:s, s:s, s:b, s:b, s:o, s:I, s:{s:f, s:f}, s:o, s:o, "
 		"s:{s:I, s:I, s:I}}",
 		"state", station_state_name(station->state), "version", STAGE_VERSION, "uptime_s",
-		uptime_s(station, now_ns), "config", station->stage.config.path, "rig_revision",
+		uptime_s(station, now_ns), "config", config_json(station), "rig_revision",
 		rig_swap_revision(&station->rig_swap, station->rig_swap.current->serial), "trigger",
 		station->stage.config.trigger, "fifo", station_is_realtime(station),
 		"memory_locked", station->memory_locked, "shots", shots_json(station, &accounts),
