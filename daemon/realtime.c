@@ -15,6 +15,7 @@
 #define STACK_BYTES (512u * 1024u)
 #define STACK_USED_BYTES (384u * 1024u) /* touched at the start; the rest is for the C library */
 #define JOIN_PATIENCE_NS (500 * NS_PER_MS)
+#define JOIN_PATIENCE_VIRTUAL_NS (20 * NS_PER_S) /* of threads without priority */
 
 /* All there is comes into memory now; what is mapped later, such as the 8 MB stacks of libraries'
  * threads, when it is touched. */
@@ -101,7 +102,8 @@ void realtime_thread_tell(struct realtime_thread *thread)
 bool realtime_thread_join(struct realtime_thread *thread)
 {
 	realtime_thread_tell(thread);
-	int64_t until_ns = thread->told_ns + JOIN_PATIENCE_NS;
+	int64_t until_ns = thread->told_ns +
+			   (clock_is_virtual() ? JOIN_PATIENCE_VIRTUAL_NS : JOIN_PATIENCE_NS);
 	struct timespec until = {.tv_sec = until_ns / NS_PER_S, .tv_nsec = until_ns % NS_PER_S};
 
 	if (!thread->joinable)

@@ -39,6 +39,7 @@ int realtime_thread_start(struct realtime_thread *thread, int priority);
 /* Its patience begins: for threads that are told to end together, before the first is joined. */
 void realtime_thread_tell(struct realtime_thread *thread);
 
-/* Waits for the end of the thread, and at most 0.5 s from when it was told. False when it hangs:
- * then nothing that it uses may be freed. A thread that does not run is fine. */
+/* Waits for the end of the thread, and at most 0.5 s (in virtual time 20 s) from when it was told.
+ * False when it hangs: then nothing that it uses may be freed. A thread that does not run is fine.
+ */
 bool realtime_thread_join(struct realtime_thread *thread);
