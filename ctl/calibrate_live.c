@@ -88,9 +88,7 @@ static void *search_pictures(void *argument)
 	while ((c = atomic_fetch_add(&live->next_camera, 1)) < live->camera_count) {
 		if (!(live->shot.has_mask >> c & 1))
 			continue;
-		int err = view_search_run(
-			&live->searches[c], &live->shot.pictures[c],
-			(struct picture_time){live->shot.number, live->shot.mid_exposure_ns[c]});
+		int err = view_search_run(&live->searches[c], &live->shot.frames[c]);
 		if (err)
 			atomic_store(&live->err, err);
 	}
@@ -243,24 +241,12 @@ static int gather(struct live *live, const volatile sig_atomic_t *stop)
 static int init_searches(struct live *live)
 {
 	const struct view_search_settings settings = {live->calibration->blur_max_px, false};
-	int code = EXIT_CODE_OK;
+	int err = 0;
 
 	live->camera_count = picture_feed_camera_count(live->feed);
-	for (uint32_t c = 0; c < live->camera_count; c++) {
-		struct fed_camera fed = picture_feed_camera(live->feed, c);
-
-		if (fed.format == PIXEL_MJPEG) {
-			fprintf(stderr,
-				"stagectl: camera %s sends JPEG pictures, in which the board is "
-				"not "
-				"searched for: give it another format in the config\n",
-				fed.name);
-			code = EXIT_CODE_BAD_INPUT;
-		}
-		if (view_search_init(&live->searches[c], c, live->board, &settings))
-			code = code ? code : EXIT_CODE_INTERNAL;
-	}
-	return code;
+	for (uint32_t c = 0; c < live->camera_count && !err; c++)
+		err = view_search_init(&live->searches[c], c, live->board, &settings);
+	return exit_code_of(err, EXIT_CODE_INTERNAL);
 }
 
 static void finish(struct live *live)

@@ -43,11 +43,8 @@ struct reading {
 
 static int search(struct picture_reader *r, const struct frame *frame)
 {
-	const struct raw_picture picture = {frame->pixels,       frame->width_px, frame->height_px,
-					    frame->stride_bytes, frame->format,   frame->bits};
 	uint32_t good = r->search.counts.good;
-	int err = view_search_run(&r->search, &picture,
-				  (struct picture_time){frame->shot, frame->mid_exposure_ns});
+	int err = view_search_run(&r->search, frame);
 
 	r->reading->progress.with_board += r->search.counts.good - good;
 	return err;

@@ -19,7 +19,8 @@
 /* A board that one camera saw. */
 struct found_view {
 	uint32_t camera;
-	struct picture_time when;
+	uint64_t shot;
+	int64_t mid_exposure_ns;
 	double (*px)[2]; /* owned */
 };
 
@@ -70,7 +71,7 @@ static int keep_blur(struct view_search *s)
 	return err;
 }
 
-static int keep_view(struct view_search *s, struct picture_time when)
+static int keep_view(struct view_search *s, const struct frame *frame)
 {
 	size_t bytes = s->corner_count * sizeof(double[2]);
 	int err = grow((void **)&s->found, &s->found_capacity, s->found_count,
@@ -80,7 +81,8 @@ static int keep_view(struct view_search *s, struct picture_time when)
 	if (!px)
 		return -ENOMEM;
 	memcpy(px, s->corners.px, bytes);
-	s->found[s->found_count++] = (struct found_view){s->camera, when, px};
+	s->found[s->found_count++] =
+		(struct found_view){s->camera, frame->shot, frame->mid_exposure_ns, px};
 	return 0;
 }
 
@@ -96,7 +98,7 @@ static int look_in_mirror(struct view_search *s, const struct grey_image *image)
 }
 
 static int sort_picture(struct view_search *s, const struct grey_image *image,
-			struct picture_time when)
+			const struct frame *frame)
 {
 	int err;
 
@@ -105,7 +107,7 @@ static int sort_picture(struct view_search *s, const struct grey_image *image,
 	case CORNERS_GOOD:
 		s->counts.good++;
 		err = keep_blur(s);
-		return err ? err : keep_view(s, when);
+		return err ? err : keep_view(s, frame);
 	case CORNERS_NO_BOARD:
 		s->counts.without++;
 		return look_in_mirror(s, image);
@@ -151,30 +153,29 @@ static int has_changed(struct view_search *s, const struct grey_image *image)
 	return 1;
 }
 
-int view_search_run(struct view_search *search, const struct raw_picture *picture,
-		    struct picture_time when)
+int view_search_run(struct view_search *search, const struct frame *frame)
 {
 	struct picture_counts *counts = &search->counts;
 	struct grey_image image;
 
 	if (!counts->width_px) {
-		counts->width_px = picture->width_px;
-		counts->height_px = picture->height_px;
+		counts->width_px = frame->width_px;
+		counts->height_px = frame->height_px;
 	}
-	if (picture->width_px != counts->width_px || picture->height_px != counts->height_px) {
-		counts->damaged++;
-		return 0;
+	int err = frame->width_px == counts->width_px && frame->height_px == counts->height_px
+			  ? picture_grey(&search->grey, frame, &image)
+			  : -EBADMSG;
+	if (err) {
+		counts->damaged += err == -EBADMSG;
+		return err == -EBADMSG ? 0 : err;
 	}
-	int err = picture_grey(&search->grey, picture, &image);
-	if (err)
-		return err;
 	int changed = search->settings.thorough ? 1 : has_changed(search, &image);
 	if (changed <= 0) {
 		counts->unchanged += changed == 0;
 		return changed;
 	}
 	err = corner_finder_run(search->finder, &image, &search->corners);
-	return err ? err : sort_picture(search, &image, when);
+	return err ? err : sort_picture(search, &image, frame);
 }
 
 static int compare_px(const void *a, const void *b)
@@ -188,10 +189,10 @@ static int compare_found(const void *a, const void *b)
 {
 	const struct found_view *x = a, *y = b;
 
-	if (x->when.shot != y->when.shot)
-		return x->when.shot < y->when.shot ? -1 : 1;
-	if (x->when.mid_exposure_ns != y->when.mid_exposure_ns)
-		return x->when.mid_exposure_ns < y->when.mid_exposure_ns ? -1 : 1;
+	if (x->shot != y->shot)
+		return x->shot < y->shot ? -1 : 1;
+	if (x->mid_exposure_ns != y->mid_exposure_ns)
+		return x->mid_exposure_ns < y->mid_exposure_ns ? -1 : 1;
 	return (x->camera > y->camera) - (x->camera < y->camera);
 }
 
@@ -203,11 +204,11 @@ static int add_all(struct observations *o, const struct found_view *all, uint32_
 	int err = 0;
 
 	for (uint32_t i = 0, first = 0; i < count && !err; i++) {
-		bool same_shot = all[i].when.shot == all[first].when.shot;
-		int64_t apart_ns = all[i].when.mid_exposure_ns - all[first].when.mid_exposure_ns;
+		bool same_shot = all[i].shot == all[first].shot;
+		int64_t apart_ns = all[i].mid_exposure_ns - all[first].mid_exposure_ns;
 
 		if (i > 0 && (!same_shot || apart_ns > TOGETHER_NS)) {
-			if (same_shot && all[i].when.shot != UINT64_MAX) {
+			if (same_shot && all[i].shot != UINT64_MAX) {
 				struct picture_counts *k = &counts[all[i].camera];
 				k->apart++;
 				k->apart_ms = fmax(k->apart_ms, 1e-6 * (double)apart_ns);

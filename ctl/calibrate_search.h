@@ -52,16 +52,9 @@ int view_search_init(struct view_search *search, uint32_t camera, const struct b
 		     const struct view_search_settings *settings);
 void view_search_finish(struct view_search *search); /* a zeroed one is fine */
 
-/* When the picture was exposed: cameras of the same shot (UINT64_MAX: not known) within 0.2 ms see
- * the board in the same pose. */
-struct picture_time {
-	uint64_t shot;
-	int64_t mid_exposure_ns;
-};
-
-/* Searches one picture and counts it. Returns 0, -ENOMEM, or -ENOTSUP as picture_grey(). */
-int view_search_run(struct view_search *search, const struct raw_picture *picture,
-		    struct picture_time when);
+/* Searches one picture and counts it. Cameras of the same shot (UINT64_MAX: not known) that were
+ * exposed within 0.2 ms see the board in the same pose. Returns 0 or -ENOMEM. */
+int view_search_run(struct view_search *search, const struct frame *frame);
 
 /* Adds what all found, in an order that does not depend on threads, to `observations`, which are
  * empty; `counts` gets a place per camera. Returns 0 or a negative errno. */

@@ -223,23 +223,27 @@ static bool copy(struct picture_feed *feed, uint32_t c, int64_t time_ns, struct 
 		return false;
 	uint64_t seq = atomic_load_explicit(&slot->seq, memory_order_acquire);
 	int64_t mid_ns = atomic_load_explicit(&slot->mid_exposure_ns, memory_order_relaxed);
+	uint64_t size_bytes = atomic_load_explicit(&slot->jpeg_bytes, memory_order_relaxed);
 	memcpy(to->copy, (const uint8_t *)feed->memory + slot->offset_bytes,
 	       feed->memory->cameras[c].size_bytes);
 	atomic_thread_fence(memory_order_acquire);
-	if (!seq || atomic_load_explicit(&slot->seq, memory_order_relaxed) != seq)
+	if (!seq || atomic_load_explicit(&slot->seq, memory_order_relaxed) != seq ||
+	    size_bytes > feed->memory->cameras[c].size_bytes)
 		return false;
 	if (!to->fed_count)
 		to->first_seq = seq;
 	to->last_seq = seq;
 	to->fed_count++;
-	shot->mid_exposure_ns[c] = mid_ns;
-	shot->pictures[c] =
-		(struct raw_picture){to->copy,
-				     to->camera.width_px,
-				     to->camera.height_px,
-				     (int)pixel_row_bytes(to->camera.format, to->camera.width_px),
-				     to->camera.format,
-				     to->bits};
+	shot->frames[c] = (struct frame){
+		.pixels = to->copy,
+		.width_px = to->camera.width_px,
+		.height_px = to->camera.height_px,
+		.stride_bytes = (int)pixel_row_bytes(to->camera.format, to->camera.width_px),
+		.format = to->camera.format,
+		.bits = to->bits,
+		.size_bytes = size_bytes,
+		.shot = feed->shot_count,
+		.mid_exposure_ns = mid_ns};
 	return true;
 }
 

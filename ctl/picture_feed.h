@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "ctl/picture_grey.h"
+#include "drivers/camera.h"
 #include "track/observe.h"
 
 struct picture_feed; /* one thread's */
@@ -21,10 +21,9 @@ struct fed_camera {
 };
 
 struct fed_shot {
-	uint64_t number;                         /* of those fed, from 0 */
-	uint32_t has_mask;                       /* cameras whose picture is there */
-	struct raw_picture pictures[CAMERA_MAX]; /* the feed's, until the next shot */
-	int64_t mid_exposure_ns[CAMERA_MAX];
+	uint64_t number;                 /* of those fed, from 0 */
+	uint32_t has_mask;               /* cameras whose picture is there */
+	struct frame frames[CAMERA_MAX]; /* with this number; the feed's, until the next shot */
 };
 
 /* Returns 0 or an exit code, after a message on stderr. The station must be calibrating. */

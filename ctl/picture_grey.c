@@ -6,6 +6,9 @@
 
 #include <errno.h>
 #include <stdlib.h>
+#include <string.h>
+
+#include "ctl/picture_plain.h"
 
 static int clamped(int at, int count)
 {
@@ -26,7 +29,7 @@ static void mosaic_row(const uint8_t *above, const uint8_t *here, const uint8_t 
 	}
 }
 
-static void from_mosaic(const struct raw_picture *p, uint8_t *out)
+static void from_mosaic(const struct frame *p, uint8_t *out)
 {
 	for (int y = 0; y < p->height_px; y++) {
 		const uint8_t *rows[3];
@@ -46,33 +49,10 @@ static void rgb_row(const uint8_t *rgb, int width, uint8_t *out)
 		out[x] = (uint8_t)((299 * rgb[0] + 587 * rgb[1] + 114 * rgb[2] + 500) / 1000);
 }
 
-static void words_row(const uint8_t *words, int bits, int width, uint8_t *out)
+static void from_rgb(const uint8_t *rgb, int stride_bytes, int width, int height, uint8_t *out)
 {
-	for (int x = 0; x < width; x++, words += 2) {
-		unsigned grey = (words[0] | (unsigned)words[1] << 8) >> (bits > 8 ? bits - 8 : 0);
-
-		out[x] = (uint8_t)(grey > 255 ? 255 : grey);
-	}
-}
-
-static void luma_row(const uint8_t *yuyv, int width, uint8_t *out)
-{
-	for (int x = 0; x < width; x++)
-		out[x] = yuyv[2 * x];
-}
-
-static void from_rows(const struct raw_picture *p, uint8_t *out)
-{
-	for (int y = 0; y < p->height_px; y++, out += p->width_px) {
-		const uint8_t *row = p->pixels + (ptrdiff_t)y * p->stride_bytes;
-
-		if (p->format == PIXEL_RGB8)
-			rgb_row(row, p->width_px, out);
-		else if (p->format == PIXEL_GREY16)
-			words_row(row, p->bits, p->width_px, out);
-		else
-			luma_row(row, p->width_px, out);
-	}
+	for (int y = 0; y < height; y++)
+		rgb_row(rgb + (ptrdiff_t)y * stride_bytes, width, out + (size_t)y * (size_t)width);
 }
 
 static int make_room(struct grey_room *room, size_t size_bytes)
@@ -87,30 +67,57 @@ static int make_room(struct grey_room *room, size_t size_bytes)
 	return 0;
 }
 
-int picture_grey(struct grey_room *room, const struct raw_picture *picture,
-		 struct grey_image *image)
+/* Formats of USB cameras, by way of what a person would look at. */
+static int from_plain(const struct frame *frame, uint8_t *out)
 {
-	*image = (struct grey_image){picture->pixels, picture->width_px, picture->height_px,
-				     picture->stride_bytes};
-	if (picture->format == PIXEL_GREY8)
-		return 0;
-	if (picture->format == PIXEL_MJPEG)
-		return -ENOTSUP;
-	int err = make_room(room, (size_t)picture->width_px * (size_t)picture->height_px);
+	enum pixel_format plain;
+	uint8_t *pixels;
+	int err = picture_make_plain(frame, &pixels, &plain);
+
 	if (err)
 		return err;
-	switch (picture->format) {
+	if (plain == PIXEL_GREY8)
+		memcpy(out, pixels, (size_t)frame->width_px * (size_t)frame->height_px);
+	else
+		from_rgb(pixels, 3 * frame->width_px, frame->width_px, frame->height_px, out);
+	free(pixels);
+	return 0;
+}
+
+static int fill(const struct frame *frame, uint8_t *out)
+{
+	switch (frame->format) {
 	case PIXEL_BAYER_RG8:
 	case PIXEL_BAYER_GR8:
 	case PIXEL_BAYER_GB8:
 	case PIXEL_BAYER_BG8:
-		from_mosaic(picture, room->pixels);
-		break;
+		from_mosaic(frame, out);
+		return 0;
+	case PIXEL_RGB8:
+		from_rgb(frame->pixels, frame->stride_bytes, frame->width_px, frame->height_px,
+			 out);
+		return 0;
 	default:
-		from_rows(picture, room->pixels);
+		return from_plain(frame, out);
 	}
-	*image = (struct grey_image){room->pixels, picture->width_px, picture->height_px,
-				     picture->width_px};
+}
+
+int picture_grey(struct grey_room *room, const struct frame *frame, struct grey_image *image)
+{
+	struct grey_image made = {frame->pixels, frame->width_px, frame->height_px,
+				  frame->stride_bytes};
+
+	if (frame->format != PIXEL_GREY8) {
+		int err = make_room(room, (size_t)frame->width_px * (size_t)frame->height_px);
+
+		if (!err)
+			err = fill(frame, room->pixels);
+		if (err)
+			return err;
+		made.pixels = room->pixels;
+		made.stride_bytes = frame->width_px;
+	}
+	*image = made;
 	return 0;
 }
 

@@ -13,11 +13,7 @@
 #include "sim/world.h"
 
 const struct camera_driver *const live_drivers[] = {
-	&aravis_camera_driver,
-	&files_camera_driver,
-	&sim_camera_driver,
-	&v4l2_camera_driver,
-	NULL,
+	&aravis_camera_driver, &files_camera_driver, &sim_camera_driver, &v4l2_camera_driver, NULL,
 };
 
 const struct trigger_driver *const live_triggers[] = {

@@ -125,6 +125,7 @@ void pictures_share_put(struct pictures *pictures, uint32_t camera, const struct
 	atomic_store_explicit(&slot->seq, 0, memory_order_relaxed);
 	atomic_thread_fence(memory_order_release);
 	atomic_store_explicit(&slot->mid_exposure_ns, frame->mid_exposure_ns, memory_order_relaxed);
+	atomic_store_explicit(&slot->jpeg_bytes, frame->size_bytes, memory_order_relaxed);
 	copy((uint8_t *)pictures + slot->offset_bytes, frame);
 	atomic_store_explicit(&slot->seq, seq, memory_order_release);
 	atomic_store_explicit(&to->newest_seq, seq, memory_order_release);

@@ -20,7 +20,8 @@
 struct picture_slot {
 	_Atomic uint64_t seq; /* of the camera's pictures, from 1; 0 while it is written */
 	_Atomic int64_t mid_exposure_ns;
-	uint64_t offset_bytes; /* of its pixels, from the beginning: rows without padding */
+	_Atomic uint64_t jpeg_bytes; /* of a JPEG; else 0 */
+	uint64_t offset_bytes;       /* of its pixels, from the beginning: rows without padding */
 };
 
 struct picture_camera {
