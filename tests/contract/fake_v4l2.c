@@ -3,7 +3,8 @@
  * the program and the kernel: /dev/videoN and the kernel's tree in /sys are looked for below
  * $FAKE_V4L2, and a file dev/videoN there, lines of "key value", is a camera that streams (the keys
  * are those of struct fake). Taking the file away pulls the plug. The first eight bytes of a
- * picture (of YUYV: of its luma) are the true middle of its exposure.
+ * picture (of YUYV: of its luma) are the true middle of its exposure. Files are 64-bit: open is
+ * open64.
  */
 #include <dirent.h>
 #include <dlfcn.h>
@@ -16,6 +17,7 @@
 #include <sys/eventfd.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "tests/contract/fake_v4l2_parts.h"
@@ -25,8 +27,10 @@ static atomic_flag lock = ATOMIC_FLAG_INIT;
 
 void fake_lock(void)
 {
+	const struct timespec a_while = {.tv_nsec = 20000}; /* who has it may need this processor */
+
 	while (atomic_flag_test_and_set(&lock))
-		;
+		syscall(SYS_clock_nanosleep, CLOCK_MONOTONIC, 0, &a_while, NULL);
 }
 
 void fake_unlock(void)
@@ -110,6 +114,11 @@ int scandir64(const char *path, struct dirent64 ***entries, int (*filter)(const 
 	return next(below, entries, filter, order);
 }
 
+int open(const char *path, int flags, ...) __attribute__((alias("open64")));
+int scandir(const char *path, struct dirent ***entries, int (*filter)(const struct dirent *),
+	    int (*order)(const struct dirent **, const struct dirent **))
+	__attribute__((alias("scandir64")));
+
 int ioctl(int fd, unsigned long request, ...)
 {
 	va_list arguments;
@@ -138,6 +147,9 @@ void *mmap64(void *at, size_t size_bytes, int protection, int flags, int fd, off
 	return (void *)syscall(SYS_mmap, at, size_bytes, protection, flags,
 			       fake ? fake->memory_fd : fd, offset);
 }
+
+void *mmap(void *at, size_t size_bytes, int protection, int flags, int fd, off_t offset)
+	__attribute__((alias("mmap64")));
 
 int close(int fd)
 {

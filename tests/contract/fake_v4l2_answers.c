@@ -95,6 +95,8 @@ static void tell_format(const struct fake *fake, struct v4l2_pix_format *pix)
 /* Another open file has the buffers of this camera. */
 static bool is_busy(const struct fake *fake)
 {
+	if (fake->busy)
+		return true;
 	for (int i = 0; i < FAKES_MAX; i++)
 		if (&fakes[i] != fake && fakes[i].fd && fakes[i].buffer_count &&
 		    strcmp(fakes[i].path, fake->path) == 0)

@@ -31,7 +31,7 @@ struct fake {
 	long eio_after;                           /* so many pictures, for ever */
 	long quiet; /* after the plug is pulled DQBUF says "nothing yet", QBUF that it is gone */
 	long still; /* the sequence stands still */
-	long cannot_stream, metadata, denied;
+	long cannot_stream, metadata, denied, busy;
 	/* mode and memory */
 	long full_width, full_height; /* those of the settings; half of both is offered too */
 	uint32_t fourcc, size_bytes, buffer_count;
@@ -50,7 +50,7 @@ struct fake {
 
 extern struct fake fakes[FAKES_MAX];
 
-/* Spins: the callers may be real-time threads. */
+/* No mutex: the callers may be real-time threads, which the guard of tests/rt watches. */
 void fake_lock(void);
 void fake_unlock(void);
 

@@ -118,25 +118,46 @@ static void stamp(const struct fake *fake, struct v4l2_buffer *about, int64_t st
 	about->timestamp.tv_usec = at_ns % NS_PER_S / 1000;
 }
 
+/* The buffer that has waited longest; -1 when there is none. */
+static int take_queued(struct fake *fake)
+{
+	int index = -1;
+
+	fake_lock();
+	if (fake->fifo_count) {
+		index = (int)fake->fifo[0];
+		memmove(fake->fifo, fake->fifo + 1, --fake->fifo_count * sizeof(fake->fifo[0]));
+	}
+	fake_unlock();
+	return index;
+}
+
+/* Not locked: the buffer is nobody else's until it is done. */
+static void fill_buffer(struct fake *fake, uint32_t index, int64_t start_ns, int64_t end_ns)
+{
+	struct v4l2_buffer *about = &fake->buffers[index].about;
+	uint8_t *pixels = fake->memory + (size_t)index * fake->size_bytes;
+
+	about->bytesused = fill(fake, pixels, start_ns + fake->exposure_us * 1000 / 2);
+	stamp(fake, about, start_ns, end_ns);
+	about->sequence = fake->still ? 0 : fake->sequence;
+	if (every(fake->error_every, fake->sequence))
+		about->flags |= V4L2_BUF_FLAG_ERROR;
+	if (every(fake->short_every, fake->sequence))
+		about->bytesused = fake->size_bytes / 2;
+}
+
 /* The picture whose exposure began at start_ns is ready. */
 static void finish_picture(struct fake *fake, int64_t start_ns, int64_t end_ns)
 {
-	if (fake->fifo_count) {
-		uint32_t index = fake->fifo[0];
-		struct fake_buffer *buffer = &fake->buffers[index];
-		uint8_t *pixels = fake->memory + (size_t)index * fake->size_bytes;
+	int index = take_queued(fake);
 
-		memmove(fake->fifo, fake->fifo + 1, --fake->fifo_count * sizeof(fake->fifo[0]));
-		buffer->about.bytesused =
-			fill(fake, pixels, start_ns + fake->exposure_us * 1000 / 2);
-		stamp(fake, &buffer->about, start_ns, end_ns);
-		buffer->about.sequence = fake->still ? 0 : fake->sequence;
-		if (every(fake->error_every, fake->sequence))
-			buffer->about.flags |= V4L2_BUF_FLAG_ERROR;
-		if (every(fake->short_every, fake->sequence))
-			buffer->about.bytesused = fake->size_bytes / 2;
-		buffer->state = DONE;
-		fake->done[fake->done_count++] = index;
+	if (index >= 0) {
+		fill_buffer(fake, (uint32_t)index, start_ns, end_ns);
+		fake_lock();
+		fake->buffers[index].state = DONE;
+		fake->done[fake->done_count++] = (uint32_t)index;
+		fake_unlock();
 		eventfd_write(fake->fd, 1);
 	}
 	fake->sequence++; /* without a buffer it is lost, and counted */
@@ -157,10 +178,8 @@ static void *play(void *argument)
 			fake->gone = access(fake->path, F_OK) != 0;
 			sleep_until(end_ns < now_ns() + TICK_NS ? end_ns : now_ns() + TICK_NS);
 		}
-		fake_lock();
 		if (!fake->gone && !fake->ending)
 			finish_picture(fake, start_ns, end_ns);
-		fake_unlock();
 	}
 	if (fake->gone)
 		eventfd_write(fake->fd, 1);

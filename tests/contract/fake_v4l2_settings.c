@@ -69,7 +69,7 @@ static void set_one(struct fake *fake, const char *key, const char *value)
 		NUMBER(readout_us),  NUMBER(error_every),   NUMBER(gap_every),
 		NUMBER(short_every), NUMBER(eio_after),     NUMBER(quiet),
 		NUMBER(still),       NUMBER(cannot_stream), NUMBER(metadata),
-		NUMBER(denied),
+		NUMBER(denied),      NUMBER(busy),
 	};
 
 	if (strcmp(key, "jpeg") == 0)

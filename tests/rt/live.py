@@ -3,11 +3,13 @@ prints or blocks."""
 import json
 import os
 import subprocess
+import time
 
 import pytest
 
 # the fixtures of tests/system
 from conftest import recording, sim_config, stage, start  # noqa: F401
+from fake_cameras import cameras, v4l2_config  # noqa: F401
 
 GUARD = os.environ["RT_GUARD"]
 
@@ -61,3 +63,13 @@ def test_recordings_leave_the_section_to_read_the_disk(start, stage, tmp_path, g
     code, said, _ = station.stop()
     assert (code, "rt guard" in said) == (0, False), said
     assert calls_from_sections(tmp_path) > 20
+
+
+def test_v4l2_cameras_keep_the_rules(start, cameras, v4l2_config, tmp_path, guarded):
+    cameras.environment["LD_PRELOAD"] += ":" + GUARD
+    station = start(v4l2_config, environment={**guarded, **cameras.environment}).wait_running()
+    cameras.unplug(0)
+    time.sleep(2)
+    code, said, _ = station.stop()
+    assert (code, "rt guard" in said) == (0, False), said
+    assert calls_from_sections(tmp_path) > 100  # the fakes stand before the guard
