@@ -183,6 +183,27 @@ static void print_latencies(const json_t *latencies)
 	}
 }
 
+/* Nothing when no trigger reports any. */
+static void print_pulses(const json_t *pulses)
+{
+	const json_t *late = json_object_get(pulses, "lateness");
+
+	if (!json_is_object(pulses))
+		return;
+	if (json_is_string(json_object_get(pulses, "lost_why")))
+		printf("trigger lost for %.0f s, and looked for: %s\n",
+		       number_of(pulses, "lost_for_s"), text_of(pulses, "lost_why"));
+	printf("pulses late by %.0f us (p50), %.0f us (p99), %.0f us (max); missed %" PRId64,
+	       1e3 * number_of(late, "p50_ms"), 1e3 * number_of(late, "p99_ms"),
+	       1e3 * number_of(late, "max_ms"), count_of(pulses, "missed"));
+	if (count_of(pulses, "missed"))
+		printf(", last shot %" PRId64, count_of(pulses, "last_missed_shot"));
+	if (count_of(pulses, "reopened"))
+		printf("; back %" PRId64 " times", count_of(pulses, "reopened"));
+	printf("; ");
+	print_losses(json_object_get(pulses, "events"));
+}
+
 static void print_status(const json_t *status)
 {
 	const json_t *shots = json_object_get(status, "shots");
@@ -195,10 +216,7 @@ static void print_status(const json_t *status)
 		       json_is_true(json_object_get(status, "fifo")) ? "" : "not ",
 		       json_is_true(json_object_get(status, "memory_locked")) ? "" : "not ");
 	putchar('\n');
-	if (json_is_true(json_object_get(status, "trigger_lost")))
-		printf("trigger %s: lost: the device is gone; plug it in, then stagectl stop and "
-		       "start\n",
-		       text_of(status, "trigger"));
+	print_pulses(json_object_get(status, "pulses"));
 	printf("shots %" PRId64 " (%.1f/s), incomplete %" PRId64 ", lost %" PRId64 "\n",
 	       count_of(shots, "solved"), number_of(shots, "per_s"), count_of(shots, "incomplete"),
 	       count_of(shots, "lost"));

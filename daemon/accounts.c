@@ -25,6 +25,8 @@ static const struct {
 #define CAUSE_COUNT (sizeof(causes) / sizeof(causes[0]))
 _Static_assert(CAUSE_COUNT <= STREAM_COUNT_MAX && LEDGER_EVENT_COUNT <= STREAM_COUNT_MAX,
 	       "more causes than a message holds");
+_Static_assert((int)PULSE_EVENT_COUNT <= (int)STREAM_COUNT_MAX,
+	       "more events of a trigger than a message holds");
 _Static_assert((int)LATENCY_STAGE_COUNT <= (int)STREAM_LATENCY_MAX,
 	       "more stages than a message holds");
 
@@ -83,6 +85,20 @@ static void fill_latency(const struct statistics *statistics, enum latency_stage
 				       .recent = percentiles(&recent)};
 }
 
+static void fill_pulses(const struct pulses *pulses, struct stream_pulses *out)
+{
+	const struct pulse_accounts *accounts = &pulses->accounts;
+
+	*out = (struct stream_pulses){.lost = atomic_load(&pulses->lost),
+				      .missed = accounts->missed,
+				      .reopened = accounts->reopened,
+				      .late = percentiles(&accounts->late),
+				      .event_count = PULSE_EVENT_COUNT};
+	for (int e = 0; e < PULSE_EVENT_COUNT; e++)
+		out->events[e] = (struct stream_count){pulse_event_name((enum pulse_event)e),
+						       accounts->events[e]};
+}
+
 uint64_t sim_late_since_open(const struct station *station)
 {
 	uint64_t late = 0;
@@ -113,6 +129,9 @@ void station_accounts(const struct station *station, struct stream_statistics *o
 		.camera_count = station->stage.config.camera_count,
 		.latency_count = LATENCY_STAGE_COUNT,
 	};
+	out->has_pulses = station->pulses.driver && station->pulses.driver->reports_edges;
+	if (out->has_pulses)
+		fill_pulses(&station->pulses, &out->pulses);
 	for (uint32_t c = 0; c < out->camera_count; c++)
 		fill_camera(station, c, &out->cameras[c]);
 	for (int s = 0; s < LATENCY_STAGE_COUNT; s++)

@@ -9,6 +9,47 @@
 #include "base/clock_virtual.h"
 
 #define NEXT_TIMEOUT_NS (100 * NS_PER_MS)
+#define REPORTS_NS (2 * NS_PER_S) /* the control thread looks once a second */
+#define REPORTS_MIN 16
+
+/* A trigger that came back counts from 0: its shots go on by the time that has passed, on the same
+ * grid of HD frames. */
+static void number_on(struct pulses *pulses, const struct edge *edge)
+{
+	const struct trigger_plan *plan = &pulses->plan;
+	uint64_t divider = (uint64_t)plan->hd_divider;
+	int64_t passed_ns = edge->edge_ns - pulses->last.edge_ns;
+	uint64_t periods = 1;
+
+	if (passed_ns > plan->period_ns)
+		periods = (uint64_t)((passed_ns + plan->period_ns / 2) / plan->period_ns);
+	uint64_t shot = pulses->last.shot + periods;
+	uint64_t first = shot > edge->shot ? shot - edge->shot : 0;
+
+	pulses->first_shot = (first + divider - 1) / divider * divider;
+}
+
+static void number(struct pulses *pulses, struct edge *edge)
+{
+	if (pulses->renumber && pulses->any_edge) {
+		number_on(pulses, edge);
+		edge->missed = (uint32_t)(pulses->first_shot + edge->shot - pulses->last.shot - 1);
+	}
+	pulses->renumber = false;
+	edge->shot += pulses->first_shot;
+	pulses->last = *edge;
+	pulses->any_edge = true;
+}
+
+static void report(struct pulses *pulses, const struct edge *edge)
+{
+	struct edge *slot = ring_claim(&pulses->reports);
+
+	if (!slot)
+		return; /* counted by the ring */
+	*slot = *edge;
+	ring_publish(&pulses->reports);
+}
 
 static void queue_edge(struct pulses *pulses, const struct edge *edge)
 {
@@ -35,11 +76,16 @@ static void run_pulses(void *argument)
 
 		heartbeat_beat(&pulses->thread.heartbeat);
 		err = pulses->driver->next(pulses->trigger, NEXT_TIMEOUT_NS, &edge);
-		if (err == 0)
+		if (err == 0) {
+			number(pulses, &edge);
+			report(pulses, &edge);
 			queue_edge(pulses, &edge);
+		}
 	}
-	if (err && err != -ETIMEDOUT)
+	if (err && err != -ETIMEDOUT) {
+		atomic_store(&pulses->lost_error, err);
 		atomic_store(&pulses->lost, true);
+	}
 	clock_semaphore_post(pulses->solver_wake);
 }
 
@@ -57,8 +103,11 @@ int pulses_open(struct pulses *pulses, const char *address, const struct trigger
 	if (err)
 		return err;
 	err = ring_init(&opened.edges, sizeof(struct edge), queue_length);
+	if (!err)
+		err = ring_init(&opened.reports, sizeof(struct edge),
+				(uint32_t)(REPORTS_NS / plan->period_ns) + REPORTS_MIN);
 	if (err) {
-		opened.driver->close(opened.trigger);
+		pulses_close(&opened);
 		return err;
 	}
 	*pulses = opened;
@@ -70,19 +119,30 @@ void pulses_close(struct pulses *pulses)
 	if (pulses->trigger)
 		pulses->driver->close(pulses->trigger);
 	ring_finish(&pulses->edges);
+	ring_finish(&pulses->reports);
 	memset(pulses, 0, sizeof(*pulses));
 }
 
 void pulses_begin_run(struct pulses *pulses)
 {
 	ring_clear(&pulses->edges);
-	atomic_store(&pulses->lost, false);
+	ring_clear(&pulses->reports);
+	memset(&pulses->accounts, 0, sizeof(pulses->accounts));
+	pulses->any_edge = pulses->renumber = false;
+	pulses->first_shot = 0;
+	if (pulses->trigger)
+		pulses->lost_since_ns = 0;
+	atomic_store(&pulses->lost, !pulses->trigger);
 	atomic_store(&pulses->edges_count, 0);
 	atomic_store(&pulses->edges_refused, 0);
 }
 
 int pulses_start(struct pulses *pulses, struct diag *diag)
 {
+	if (!pulses->trigger) {
+		diag_add(diag, "trigger: lost: %s", pulses->lost_why);
+		return -ENODEV;
+	}
 	int err = pulses->driver->arm(pulses->trigger, &pulses->plan, diag);
 
 	if (err)

@@ -47,7 +47,7 @@ struct front shot_book_edge(struct shot_book *book)
 	while (!edges_full(edges) && (edge = ring_peek(&book->pulses->edges, 0))) {
 		int64_t asked_ns = edge->edge_ns + trigger_plan_ir_middle_ns(&book->pulses->plan);
 
-		if (!edges_add(edges, edge->shot, asked_ns))
+		if (!edges_add(edges, edge->shot, edge->missed, asked_ns))
 			atomic_fetch_add_explicit(&book->pulses->edges_refused, 1,
 						  memory_order_relaxed);
 		ring_pop(&book->pulses->edges);

@@ -352,7 +352,8 @@ bool station_stop(struct station *station)
 bool station_finish(struct station *station)
 {
 	station_stop(station);
-	if (station->hung || !reopen_finish(&station->reopener))
+	if (station->hung || !reopen_finish(&station->reopener) ||
+	    !trigger_reopen_finish(&station->trigger_reopener))
 		return false;
 	solver_finish(&station->solver);
 	rig_swap_finish(&station->rig_swap);

@@ -13,6 +13,7 @@
 #include "daemon/solver.h"
 #include "daemon/station_states.h"
 #include "daemon/statistics.h"
+#include "daemon/trigger_reopen.h"
 #include "daemon/virtual_time.h"
 
 struct station {
@@ -23,6 +24,7 @@ struct station {
 	struct pulses pulses;
 	struct solver solver;
 	struct reopener reopener;
+	struct trigger_reopener trigger_reopener;
 	struct rig_swap rig_swap;
 	struct statistics statistics;
 	struct virtual_time virtual_time;

@@ -166,18 +166,67 @@ static void watch_camera(struct station *station, uint32_t index)
 		capture->device.camera = NULL;
 }
 
-/* Its thread has left its loop: told once, when it is joined. */
+/* One line of what is said, without its end. */
+static void lose_trigger(struct pulses *pulses, const char *why)
+{
+	if (!pulses->lost_since_ns)
+		pulses->lost_since_ns = clock_now_ns();
+	snprintf(pulses->lost_why, sizeof(pulses->lost_why), "%.*s", (int)strcspn(why, "\n"), why);
+}
+
+static void take_trigger_back(struct station *station)
+{
+	struct trigger_reopener *reopener = &station->trigger_reopener;
+	struct pulses *pulses = &station->pulses;
+	struct diag diag = {0};
+
+	if (reopener->error) {
+		lose_trigger(pulses, reopener->diag.text ? reopener->diag.text
+							 : strerror(-reopener->error));
+		return;
+	}
+	if (pulses_take_back(pulses, reopener->trigger, station_state_captures(station->state),
+			     &diag) == 0) {
+		pulses->accounts.reopened++;
+		log_about(LOG_LEVEL_INFO, &(struct log_fields){.shot = station->newest_shot},
+			  "trigger %s: is back", station->stage.config.trigger);
+	} else {
+		lose_trigger(pulses, diag.text ? diag.text : "it cannot be armed");
+	}
+	diag_finish(&diag);
+}
+
+static const char *trigger_cause(const struct pulses *pulses)
+{
+	int error = atomic_load(&pulses->lost_error);
+
+	return error == -ENODEV       ? "the device is gone"
+	       : error == -EOWNERDEAD ? "the strobes' guard has ended"
+				      : strerror(-error);
+}
+
 static void watch_trigger(struct station *station)
 {
 	struct pulses *pulses = &station->pulses;
+	const char *address = station->stage.config.trigger;
 
-	if (!atomic_load(&pulses->lost) || !pulses->thread.joinable)
-		return;
-	if (realtime_thread_join(&pulses->thread))
+	if (trigger_reopen_poll(&station->trigger_reopener))
+		take_trigger_back(station);
+	if (!atomic_load(&pulses->lost) || !realtime_thread_join(&pulses->thread))
+		return; /* a thread that hangs on its way out is named as such */
+	if (!pulses->lost_since_ns) {
+		lose_trigger(pulses, trigger_cause(pulses));
 		log_about(LOG_LEVEL_ERROR, &(struct log_fields){.shot = station->newest_shot},
-			  "trigger %s: lost: the device is gone; plug it in and start the station "
-			  "anew",
-			  station->stage.config.trigger);
+			  "trigger %s: lost: %s; the station looks for it every second", address,
+			  pulses->lost_why);
+	}
+	if (!station->trigger_reopener.busy) {
+		struct trigger *gone = pulses_give_up(pulses);
+
+		if (!trigger_reopen_begin(&station->trigger_reopener, pulses->driver, address,
+					  gone))
+			pulses->trigger = gone;
+	}
 }
 
 static bool all_ended(const struct station *station)
@@ -198,6 +247,7 @@ void station_tick(struct station *station)
 	if (reopen_poll(&station->reopener))
 		take_back(station);
 	watch_heartbeats(station);
+	pulses_account(&station->pulses, station->stage.config.trigger);
 	watch_trigger(station);
 	/* from the one behind the last that was tried: each lost camera has its turn */
 	for (uint32_t i = 1, tried = station->reopener.camera; i <= camera_count; i++)

@@ -171,6 +171,33 @@ static json_t *shots_json(const struct station *station, const struct stream_sta
 	return shots;
 }
 
+/* null where no trigger reports its pulses. */
+static json_t *pulses_json(const struct station *station, const struct stream_statistics *accounts)
+{
+	const struct pulse_accounts *of = &station->pulses.accounts;
+	const struct stream_pulses *pulses = &accounts->pulses;
+	uint64_t any = 0;
+
+	if (!accounts->has_pulses)
+		return json_null();
+	for (uint32_t e = 0; e < pulses->event_count; e++)
+		any += pulses->events[e].count;
+	json_t *lost = pulses->lost ? json_string(station->pulses.lost_why) : json_null();
+	return json_pack(
+		"{s:o, s:I, s:o, s:o, s:o, s:o, s:o, s:I, s:o}", "lateness",
+		percentiles_json(&pulses->late), "missed", (json_int_t)pulses->missed,
+		"last_missed_shot",
+		pulses->missed ? json_integer((json_int_t)of->missed_shot) : json_null(), "events",
+		counts_json(pulses->events, pulses->event_count), "last_event",
+		any ? json_string(pulse_event_name((enum pulse_event)of->event)) : json_null(),
+		"last_event_shot", any ? json_integer((json_int_t)of->event_shot) : json_null(),
+		"lost_why", lost ? lost : json_string("(not UTF-8)"), "reopened",
+		(json_int_t)pulses->reopened, "lost_for_s",
+		pulses->lost ? json_real((double)(clock_now_ns() - station->pulses.lost_since_ns) /
+					 NS_PER_S)
+			     : json_null());
+}
+
 static json_t *subscribers_json(const struct server_stats *stats, int64_t now_ns)
 {
 	json_t *subscribers = json_array();
@@ -244,6 +271,7 @@ json_t *station_status_json(const struct control_context *context)
 		"cut_off", (json_int_t)control->cut_off_count);
 	json_object_set_new(status, "trigger_lost",
 			    json_boolean(atomic_load(&station->pulses.lost)));
+	json_object_set_new(status, "pulses", pulses_json(station, &accounts));
 	json_object_set_new(status, "run", json_integer(station->run));
 	json_object_set_new(status, "rig_serial", json_integer(station->rig_swap.current->serial));
 	json_object_set_new(status, "latency", latencies_json(&accounts));

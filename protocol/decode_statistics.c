@@ -93,6 +93,24 @@ static int decode_latencies(void *arena, const Stage__V1__Statistics *from,
 	return 0;
 }
 
+static int decode_pulses(void *arena, const Stage__V1__Pulses *from, struct stage_statistics *to)
+{
+	struct stage_pulses *pulses;
+
+	if (!from)
+		return 0;
+	pulses = decode_alloc(arena, sizeof(*pulses));
+	if (!pulses)
+		return -EPROTO;
+	*pulses = (struct stage_pulses){.lost = from->lost,
+					.missed = from->missed,
+					.reopened = from->reopened,
+					.late = decode_percentiles(from->late)};
+	to->pulses = pulses;
+	return decode_counts(arena, from->events, from->n_events, &pulses->events,
+			     &pulses->event_count);
+}
+
 int decode_statistics(void *arena, const Stage__V1__Statistics *from, struct stage_event *event)
 {
 	struct stage_statistics *to = decode_alloc(arena, sizeof(*to));
@@ -109,7 +127,8 @@ int decode_statistics(void *arena, const Stage__V1__Statistics *from, struct sta
 					.shots_per_s = from->shots_per_s,
 					.edges = decode_queue(from->edges),
 					.sets = decode_queue(from->sets)};
-	if (decode_cameras(arena, from, to) < 0 || decode_latencies(arena, from, to) < 0)
+	if (decode_cameras(arena, from, to) < 0 || decode_latencies(arena, from, to) < 0 ||
+	    decode_pulses(arena, from->pulses, to) < 0)
 		return -EPROTO;
 	*event = (struct stage_event){.kind = STAGE_STATISTICS, .statistics = to};
 	return 0;

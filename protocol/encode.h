@@ -65,6 +65,14 @@ struct stream_latency {
 	struct stream_percentiles run, recent;
 };
 
+struct stream_pulses {
+	bool lost;
+	uint64_t missed, reopened;
+	struct stream_percentiles late;
+	uint32_t event_count;
+	struct stream_count events[STREAM_COUNT_MAX];
+};
+
 /* How the station does; what the message Statistics says. */
 struct stream_statistics {
 	int64_t time_ns;
@@ -76,6 +84,8 @@ struct stream_statistics {
 	uint32_t camera_count, latency_count;
 	struct stream_camera_statistics cameras[CAMERA_MAX];
 	struct stream_latency latencies[STREAM_LATENCY_MAX];
+	bool has_pulses;
+	struct stream_pulses pulses;
 };
 
 enum notice_kind { NOTICE_REFUSED = 1, NOTICE_PROTOCOL = 2 };

@@ -19,6 +19,12 @@ struct latency_parts {
 	Stage__V1__Percentiles run, recent;
 };
 
+struct pulses_parts {
+	Stage__V1__Pulses message;
+	Stage__V1__Percentiles late;
+	Stage__V1__Count events[STREAM_COUNT_MAX], *event_pointers[STREAM_COUNT_MAX];
+};
+
 /* Message structs of one Statistics, chained to each other. */
 struct statistics_parts {
 	Stage__V1__Statistics message;
@@ -27,6 +33,7 @@ struct statistics_parts {
 	Stage__V1__CameraStatistics *camera_pointers[CAMERA_MAX];
 	struct latency_parts latencies[STREAM_LATENCY_MAX];
 	Stage__V1__Latency *latency_pointers[STREAM_LATENCY_MAX];
+	struct pulses_parts pulses;
 };
 
 static Stage__V1__Queue *fill_queue(Stage__V1__Queue *to, const struct stream_queue *from)
@@ -99,6 +106,21 @@ static Stage__V1__Latency *fill_latency(struct latency_parts *parts,
 	return &parts->message;
 }
 
+static Stage__V1__Pulses *fill_pulses(struct pulses_parts *parts, const struct stream_pulses *from)
+{
+	Stage__V1__Pulses *to = &parts->message;
+
+	stage__v1__pulses__init(to);
+	to->lost = from->lost;
+	to->missed = from->missed;
+	to->reopened = from->reopened;
+	to->late = fill_percentiles(&parts->late, &from->late);
+	to->events = parts->event_pointers;
+	to->n_events =
+		fill_counts(parts->events, parts->event_pointers, from->events, from->event_count);
+	return to;
+}
+
 static void fill_statistics(struct statistics_parts *parts, const struct stream_statistics *from)
 {
 	Stage__V1__Statistics *to = &parts->message;
@@ -123,6 +145,8 @@ static void fill_statistics(struct statistics_parts *parts, const struct stream_
 	for (uint32_t s = 0; s < from->latency_count; s++)
 		parts->latency_pointers[s] =
 			fill_latency(&parts->latencies[s], &from->latencies[s]);
+	if (from->has_pulses)
+		to->pulses = fill_pulses(&parts->pulses, &from->pulses);
 }
 
 int encode_statistics(const struct stream_statistics *statistics, uint8_t **frame,

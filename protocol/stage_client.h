@@ -155,6 +155,16 @@ struct stage_latency {
 	struct stage_percentiles recent; /* of the last 10 to 20 s */
 };
 
+/* What the trigger's pulses were like. */
+struct stage_pulses {
+	bool lost;       /* the trigger is gone, and looked for */
+	uint64_t missed; /* periods in which nothing was fired */
+	uint64_t reopened;
+	struct stage_percentiles late; /* how long after its time each was fired */
+	uint32_t event_count;
+	const struct stage_count *events; /* what went otherwise than planned */
+};
+
 /* Once a second: how the station does; counts since its start. */
 struct stage_statistics {
 	int64_t time_ns;
@@ -167,6 +177,7 @@ struct stage_statistics {
 	const struct stage_camera_statistics *cameras;
 	uint32_t latency_count;
 	const struct stage_latency *latencies;
+	const struct stage_pulses *pulses; /* NULL where no trigger reports them */
 };
 
 /* The pointer that belongs to `kind` is set, the others are NULL. The memory is the client's:

@@ -35,13 +35,16 @@ static int64_t whole_periods(const struct edges *edges, int64_t time_ns)
 	return -rest_ns >= edges->period_ns + rest_ns ? count - 1 : count;
 }
 
-bool edges_add(struct edges *edges, uint64_t shot, int64_t mid_exposure_ns)
+bool edges_add(struct edges *edges, uint64_t shot, uint64_t missed, int64_t mid_exposure_ns)
 {
 	const struct pulse *newest = pulse_at(edges, edges->added - 1);
 
 	if (edges->added && (shot <= newest->shot || mid_exposure_ns <= newest->mid_exposure_ns))
 		return false;
-	edges->pulses[edges->added++ % EDGE_COUNT_MAX] = (struct pulse){shot, mid_exposure_ns};
+	edges->pulses[edges->added++ % EDGE_COUNT_MAX] =
+		(struct pulse){shot, mid_exposure_ns, missed};
+	if (missed)
+		edges->newest_after_gap = shot;
 	return true;
 }
 
@@ -89,6 +92,29 @@ enum edges_found edges_nearest(const struct edges *edges, int64_t mid_exposure_n
 	if (periods == 0)
 		return EDGES_KNOWN;
 	return i == edges->added && periods > 0 ? EDGES_LATER : EDGES_BEHIND;
+}
+
+/* Multiples of `stride` behind `shot` that lie in the gap before that pulse, up to `last`. */
+static uint64_t in_gap(const struct pulse *pulse, uint64_t shot, uint64_t last, uint32_t stride)
+{
+	uint64_t begin = pulse->shot - pulse->missed, end = pulse->shot - 1;
+
+	if (pulse->missed == 0 || end <= shot || begin > last)
+		return 0;
+	if (begin <= shot)
+		begin = shot + 1;
+	return (end - shot) / stride - (begin - 1 - shot) / stride;
+}
+
+uint64_t edges_count_on(const struct edges *edges, uint64_t shot, uint64_t count, uint32_t stride)
+{
+	uint64_t last = shot + count * stride;
+
+	if (edges->newest_after_gap <= shot)
+		return last;
+	for (uint64_t i = first_index(edges); i < edges->added; i++)
+		last += in_gap(pulse_at(edges, i), shot, last, stride) * stride;
+	return last;
 }
 
 int64_t edges_time_ns(const struct edges *edges, uint64_t shot)

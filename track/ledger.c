@@ -345,7 +345,10 @@ static enum ledger_verdict judge_by_line(struct judging *j)
 	}
 	j->seq_step = j->frame->device_seq - line->seq;
 	j->has_counted = j->seq_step <= SEQ_GAP_MAX;
-	j->counted = line->shot + j->seq_step * line->stride;
+	j->counted = line->shot;
+	if (j->has_counted)
+		j->counted =
+			edges_count_on(&j->ledger->edges, line->shot, j->seq_step, line->stride);
 	if (j->has_counted && (j->counted == j->timed || time_allows(j, j->counted)))
 		return accept_on_line(j);
 	return judge_disagreement(j);
