@@ -8,17 +8,33 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "config/config.h"
 #include "daemon/program_drivers.h"
 #include "sim/world.h"
 
+#define BUSY_PATIENCE_NS (500 * NS_PER_MS)
+
+/* What the station had may be held for a moment by its guard, which darkens it too. */
 static int open_trigger(struct trigger **out, const char *address, struct diag *diag)
 {
+	int64_t until_ns = clock_now_ns() + BUSY_PATIENCE_NS;
 	const char *rest;
 	const struct trigger_driver *driver =
 		trigger_driver_find(trigger_drivers, address, &rest, diag);
+	struct diag busy = {0};
+	int err;
 
-	return driver ? driver->open(out, rest, diag) : -EINVAL;
+	if (!driver)
+		return -EINVAL;
+	while ((err = driver->open(out, rest, &busy)) == -EBUSY && clock_now_ns() < until_ns) {
+		diag_finish(&busy);
+		clock_sleep_until(clock_now_ns() + 5 * NS_PER_MS);
+	}
+	if (busy.text)
+		diag_add(diag, "%.*s", (int)strcspn(busy.text, "\n"), busy.text);
+	diag_finish(&busy);
+	return err;
 }
 
 static int darken_trigger(const char *address, struct diag *diag)

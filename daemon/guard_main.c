@@ -1,10 +1,10 @@
 /*
  * stage-guard: keeps strobes from burning when the station cannot switch them off. The station
  * starts it with a copy of its lines (drivers/trigger_guard.h); it waits, and sets them dark when a
- * strobe burns too long or the station is gone. It allocates nothing and heeds no signal that can
+ * line is lit too long or the station is gone. It allocates nothing and heeds no signal that can
  * be ignored: only the station's end is its end.
  */
-#include <errno.h>
+#include <fcntl.h>
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
@@ -28,6 +28,17 @@ static void ignore_signals(void)
 
 	for (size_t i = 0; i < sizeof(signals) / sizeof(signals[0]); i++)
 		signal(signals[i], SIG_IGN);
+}
+
+/* It holds nothing of the station's but the lines: whoever reads what the station says would wait
+ * for the guard's end too. */
+static void let_go(void)
+{
+	int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
+
+	for (int fd = 0; fd < GUARD_LINES && nowhere >= 0; fd++)
+		dup2(nowhere, fd);
+	close_range(GUARD_FD_END, ~0U, 0);
 }
 
 /* As far as it is allowed: a guard with normal scheduling is better than none. */
@@ -79,7 +90,7 @@ int main(int argc, char **argv)
 		fputs("stage-guard: the station starts it, nobody else\n", stderr);
 		return EXIT_CODE_USAGE;
 	}
-	close_range(GUARD_FD_END, ~0U, 0);
+	let_go();
 	become_realtime();
 	if (send(GUARD_STATION, "g", 1, 0) == 1)
 		keep_guard(page, (uint32_t)count, (uint32_t)levels);

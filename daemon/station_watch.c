@@ -201,7 +201,7 @@ static const char *trigger_cause(const struct pulses *pulses)
 	int error = atomic_load(&pulses->lost_error);
 
 	return error == -ENODEV       ? "the device is gone"
-	       : error == -EOWNERDEAD ? "the strobes' guard has ended"
+	       : error == -EOWNERDEAD ? "the lines' guard has ended"
 				      : strerror(-error);
 }
 

@@ -85,7 +85,7 @@ int gpio_find_chip(struct gpio_chip **out, const char *wanted, const char *who, 
 		int opened = gpio_chip_open(&chip, path);
 
 		forbidden |= opened == -EACCES || opened == -EPERM;
-		if (opened && named && !forbidden) {
+		if (opened && named && !forbidden && opened != -ENODEV) {
 			diag_add(diag, "%s: cannot open %s: %s", who, path, strerror(-opened));
 			err = opened;
 			break;

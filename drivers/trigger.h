@@ -25,7 +25,7 @@ struct trigger_plan {
 enum pulse_event {
 	PULSE_STROBE_SHORT,   /* lit late: it burnt for less than 9/10 of its time */
 	PULSE_STROBE_SKIPPED, /* so late, or so soon after the last burn, that it stayed dark */
-	PULSE_STROBE_CUT,     /* the guard switched it off: this process stood still */
+	PULSE_GUARD_CUT,      /* the guard set all lines dark: this process stood still */
 	PULSE_HD_SKIPPED,     /* so late that HD cameras were not triggered */
 	PULSE_INPUT_MISSING,  /* no edge came back on the input line */
 	PULSE_INPUT_DOUBLED,  /* an edge too many on it */

@@ -1,7 +1,7 @@
 /*
  * Trigger on GPIO lines: opens them dark, and lets a pulse train (pulse_train.h) say when which is
- * lit. Every change is one system call between two readings of the clock. A strobe is lit only
- * while the guard watches.
+ * lit. Every change is one system call between two readings of the clock. Lines are lit only while
+ * the guard watches.
  */
 #include "drivers/trigger_gpio.h"
 
@@ -40,11 +40,6 @@ struct gpio_trigger {
 	struct pulse_train train;
 	uint32_t levels; /* as set last */
 };
-
-static bool is_wired(const struct gpio_trigger *trigger, enum pulse_line line)
-{
-	return trigger->source.wired & PULSE_BIT(line);
-}
 
 static int open_outputs(struct gpio_trigger *trigger, struct gpio_chip *chip,
 			const struct gpio_address *address, struct diag *diag)
@@ -180,8 +175,7 @@ static int gpio_arm(struct trigger *base, const struct trigger_plan *plan, struc
 			 strerror(-err));
 		return err;
 	}
-	bool strobes = is_wired(trigger, PULSE_STROBE) && plan->strobe_width_ns > 0;
-	if (strobes && !trigger_guard_lives(&trigger->guard)) {
+	if (trigger->outputs && !trigger_guard_lives(&trigger->guard)) {
 		trigger_guard_stop(&trigger->guard);
 		err = trigger_guard_start(&trigger->guard, gpio_outputs_fd(trigger->outputs),
 					  trigger->output_count, trigger->dark_levels, trigger->who,
@@ -235,6 +229,19 @@ static int set_lines(struct gpio_trigger *trigger, uint32_t lit)
 	return 0;
 }
 
+/* What is lit must not stay so if this thread does not come back when it should. */
+static void tell_guard(struct gpio_trigger *trigger)
+{
+	const struct pulse_train *train = &trigger->train;
+
+	if (!train->lit)
+		trigger_guard_rest(&trigger->guard);
+	else if (!(train->lit & PULSE_BIT(PULSE_STROBE)))
+		trigger_guard_watch(&trigger->guard,
+				    pulse_train_due_ns(train) +
+					    train->plan.period_ns / PULSE_LATE_SHARE);
+}
+
 /* Whatever is to be done now. */
 static int step(struct gpio_trigger *trigger)
 {
@@ -243,21 +250,20 @@ static int step(struct gpio_trigger *trigger)
 
 	if (lit == was)
 		return 0;
-	if (lit & ~was & PULSE_BIT(PULSE_STROBE)) {
-		if (!trigger_guard_lives(&trigger->guard))
-			return -EOWNERDEAD;
+	if (lit & ~was && trigger->outputs && !trigger_guard_lives(&trigger->guard))
+		return -EOWNERDEAD;
+	if (lit & ~was & PULSE_BIT(PULSE_STROBE))
 		trigger_guard_watch(&trigger->guard,
 				    train->pulses[PULSE_STROBE].off_ns + trigger->grace_ns);
-	}
 	int64_t before_ns = clock_now_ns();
 	int err = set_lines(trigger, lit);
 	int64_t after_ns = clock_now_ns();
 
 	if (err)
 		return err;
-	if (was & ~lit & PULSE_BIT(PULSE_STROBE))
-		trigger_guard_rest(&trigger->guard);
 	pulse_train_done(train, lit, before_ns, after_ns);
+	if (trigger->outputs)
+		tell_guard(trigger);
 	return 0;
 }
 
@@ -327,7 +333,7 @@ static int gpio_next(struct trigger *base, int64_t timeout_ns, struct edge *out)
 			break;
 	}
 	if (trigger_guard_has_cut(&trigger->guard))
-		out->events |= UINT32_C(1) << PULSE_STROBE_CUT;
+		out->events |= UINT32_C(1) << PULSE_GUARD_CUT;
 	return 0;
 }
 

@@ -135,12 +135,12 @@ done:
 			guard); /* our copy of its end is closed: it hangs up if it dies */
 	if (err) {
 		diag_add(diag,
-			 "%s: no guard for the strobe: cannot start stage-guard: %s; it belongs "
+			 "%s: no guard for the lines: cannot start stage-guard: %s; it belongs "
 			 "beside the program, or where " PROGRAM_ENV " says",
 			 who, strerror(-err));
 		trigger_guard_stop(guard);
 	}
-	return err;
+	return err ? -ECHILD : 0;
 }
 
 static void reap(pid_t pid)

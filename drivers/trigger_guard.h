@@ -1,7 +1,7 @@
 /*
  * The station's end of the guard: a process of its own (daemon/guard_main.c) that holds a copy of
  * the lines' descriptor and sets them dark when the station is gone, however it went, or when a
- * strobe burns for longer than the station said, because it stands still.
+ * line is lit for longer than the station said, because it stands still.
  */
 #pragma once
 
@@ -15,7 +15,7 @@
 /* The guard finds these open. */
 enum guard_fd {
 	GUARD_LINES = 3,
-	GUARD_TIMER,   /* goes off when a strobe burns too long; the station sets it */
+	GUARD_TIMER,   /* goes off when a line is lit too long; the station sets it */
 	GUARD_STATION, /* socket: hangs up when the station is gone */
 	GUARD_PAGE,    /* struct guard_page */
 	GUARD_FD_END
@@ -32,16 +32,16 @@ struct trigger_guard {
 	uint32_t cuts_seen;
 };
 
-/* `lines_fd` has `count` lines, which are dark at `dark_levels`. Returns when it is on guard: 0, or
- * a negative errno with a message that begins with `who`. Control thread. */
+/* `lines_fd` has `count` lines, which are dark at `dark_levels`. Returns when it is on guard: 0, or -ECHILD with a
+ * message that begins with `who`. Control thread. */
 int trigger_guard_start(struct trigger_guard *guard, int lines_fd, uint32_t count,
 			uint32_t dark_levels, const char *who, struct diag *diag);
 
 /* It sets the lines dark a last time and ends. A zeroed guard is fine. Control thread. */
 void trigger_guard_stop(struct trigger_guard *guard);
 
-/* The trigger thread, as all below; a system call each, real-time safe. Between watch and rest a
- * strobe may burn: at `until_ns` at the latest it is dark. */
+/* The trigger thread, as all below; a system call each, real-time safe. Between watch and rest
+ * lines may be lit: at `until_ns`, unless it is told another time, they are dark. */
 void trigger_guard_watch(struct trigger_guard *guard, int64_t until_ns);
 void trigger_guard_rest(struct trigger_guard *guard);
 bool trigger_guard_lives(const struct trigger_guard *guard);

@@ -3,6 +3,7 @@
  */
 #include "tests/gpio/fake_guard.h"
 
+#include "base/clock.h"
 #include "drivers/trigger_guard.h"
 
 struct fake_guard fake_guard;
@@ -20,20 +21,26 @@ int trigger_guard_start(struct trigger_guard *guard, int lines_fd, uint32_t coun
 void trigger_guard_stop(struct trigger_guard *guard)
 {
 	guard->pid = 0;
-	fake_guard.until_ns = 0;
+}
+
+static void tell(int64_t until_ns)
+{
+	uint32_t i = fake_guard.told_count++ % FAKE_GUARD_WATCHES;
+
+	fake_guard.told[i].at_ns = clock_now_ns();
+	fake_guard.told[i].until_ns = until_ns;
 }
 
 void trigger_guard_watch(struct trigger_guard *guard, int64_t until_ns)
 {
 	(void)guard;
-	fake_guard.until_ns = until_ns;
-	fake_guard.untils_ns[fake_guard.watches++ % FAKE_GUARD_WATCHES] = until_ns;
+	tell(until_ns);
 }
 
 void trigger_guard_rest(struct trigger_guard *guard)
 {
 	(void)guard;
-	fake_guard.until_ns = 0;
+	tell(0);
 }
 
 bool trigger_guard_lives(const struct trigger_guard *guard)

@@ -6,13 +6,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define FAKE_GUARD_WATCHES 16384
+#define FAKE_GUARD_WATCHES 32768
 
 struct fake_guard {
-	bool dead;                             /* what trigger_guard_lives() denies */
-	int64_t untils_ns[FAKE_GUARD_WATCHES]; /* of each watch */
-	int64_t until_ns;                      /* 0: it rests */
-	uint32_t watches;                      /* times that it was told to watch */
+	bool dead; /* what trigger_guard_lives() denies */
+	struct {
+		int64_t at_ns, until_ns; /* 0: told to rest */
+	} told[FAKE_GUARD_WATCHES];
+	uint32_t told_count;
 	uint32_t starts;
 	uint32_t cut_count;
 };
