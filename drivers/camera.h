@@ -90,7 +90,8 @@ struct camera_driver {
 	 *   -ETIMEDOUT  nothing came
 	 *   -EBADMSG    a frame came damaged and was dropped; go on
 	 *   -ENODATA    the recording is over
-	 *   -ENODEV     the device is gone for good: stop and close */
+	 *   -ENODEV     the device is gone for good: stop and close
+	 *   others      it is of no more use: stop and close too */
 	int (*acquire)(struct camera *camera, int64_t timeout_ns, struct frame *out);
 	void (*release)(struct camera *camera, struct frame *frame);
 };

@@ -16,6 +16,7 @@
 #define CLASS_DIR "/sys/class/video4linux"
 #define NODE_BYTES 32
 #define MATCHES_MAX 8
+#define LISTED_MAX 64
 
 /* What an address asks for; "" = anything. */
 struct wish {
@@ -137,41 +138,48 @@ static bool walk(found_node_fn *found, void *user)
 	return true;
 }
 
-/* By the serial number where there is one, so that it survives another socket. */
 struct listing {
-	camera_found_fn *found;
-	void *user;
+	int count;
+	struct camera_info infos[LISTED_MAX];
 };
 
-static void count_serial(const char *node, const char *card, const char *serial, void *user)
+static void collect(const char *node, const char *card, const char *serial, void *user)
 {
-	struct search *search = user;
+	struct listing *listing = user;
+	struct camera_info *info = &listing->infos[listing->count];
 
-	(void)node, (void)card;
-	search->count += *serial && strcmp(serial, search->wish.serial) == 0;
+	if (listing->count == LISTED_MAX)
+		return;
+	listing->count++;
+	*info = (struct camera_info){0};
+	snprintf(info->address, sizeof(info->address), "v4l2:%s", node);
+	snprintf(info->model, sizeof(info->model), "%.48s (%s)", card, node + 5);
+	snprintf(info->serial, sizeof(info->serial), "%s", serial);
 }
 
-static void list_one(const char *node, const char *card, const char *serial, void *user)
+static bool has_own_serial(const struct listing *listing, const struct camera_info *info)
 {
-	const struct listing *listing = user;
-	struct camera_info info = {0};
-	struct search same = {0};
+	int same = 0;
 
-	snprintf(same.wish.serial, sizeof(same.wish.serial), "%s", serial);
-	walk(count_serial, &same);
-	if (same.count == 1)
-		snprintf(info.address, sizeof(info.address), "v4l2:serial=%s", serial);
-	else
-		snprintf(info.address, sizeof(info.address), "v4l2:%s", node);
-	snprintf(info.model, sizeof(info.model), "%.48s (%s)", card, node + 5);
-	snprintf(info.serial, sizeof(info.serial), "%s", serial);
-	listing->found(&info, listing->user);
+	for (int i = 0; i < listing->count; i++)
+		same += strcmp(listing->infos[i].serial, info->serial) == 0;
+	return *info->serial && same == 1;
 }
 
+/* By the serial number where one camera alone has it, so that it survives another socket. */
 int v4l2_list(camera_found_fn *found, void *user, struct diag *diag)
 {
+	struct listing listing = {0};
+
 	(void)diag;
-	walk(list_one, &(struct listing){found, user});
+	walk(collect, &listing);
+	for (int i = 0; i < listing.count; i++) {
+		struct camera_info info = listing.infos[i];
+
+		if (has_own_serial(&listing, &info))
+			snprintf(info.address, sizeof(info.address), "v4l2:serial=%s", info.serial);
+		found(&info, user);
+	}
 	return 0;
 }
 
@@ -271,7 +279,9 @@ int v4l2_fail(const struct v4l2_device *device, int error, const char *doing, st
 	const char *remedy = "look at the kernel's messages (dmesg), plug it in anew";
 
 	if (error == -EACCES || error == -EPERM)
-		remedy = "add the user to the group that owns the device (usermod -aG video USER)";
+		remedy = "join the device's group: usermod -aG video USER (stage-operator where "
+			 "stage "
+			 "is installed)";
 	else if (error == -EBUSY)
 		remedy = "another program uses it: end that (fuser -v on the device names it)";
 	else if (error == -ENOSPC)
