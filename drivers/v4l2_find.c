@@ -153,7 +153,7 @@ static void collect(const char *node, const char *card, const char *serial, void
 	listing->count++;
 	*info = (struct camera_info){0};
 	snprintf(info->address, sizeof(info->address), "v4l2:%s", node);
-	snprintf(info->model, sizeof(info->model), "%.48s (%s)", card, node + 5);
+	snprintf(info->model, sizeof(info->model), "%.48s (%.10s)", card, node + 5);
 	snprintf(info->serial, sizeof(info->serial), "%s", serial);
 }
 
