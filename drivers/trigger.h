@@ -63,7 +63,7 @@ struct trigger_driver {
 	void (*disarm)(struct trigger *trigger); /* all lines dark when it returns */
 
 	/* Waits for the next edge: 0, -ETIMEDOUT, or another error when the device is gone for
-	 * good: then it is closed and opened again. Numbers begin with 0 at arm; HD cameras are
+	 * good: then it is closed and opened again. HD cameras are
 	 * fired in shots k with k % hd_divider == hd_phase. */
 	int (*next)(struct trigger *trigger, int64_t timeout_ns, struct edge *out);
 };

@@ -229,17 +229,20 @@ static int set_lines(struct gpio_trigger *trigger, uint32_t lit)
 	return 0;
 }
 
-/* What is lit must not stay so if this thread does not come back when it should. */
+/* What is lit must not stay so if this thread does not come back within a period, or as late as a
+ * pulse may be. */
 static void tell_guard(struct gpio_trigger *trigger)
 {
 	const struct pulse_train *train = &trigger->train;
+	int64_t period_ns = train->plan.period_ns, late_ns = period_ns / PULSE_LATE_SHARE;
+	int64_t back_ns = pulse_train_due_ns(train) + late_ns;
+	int64_t period_end_ns = clock_now_ns() + period_ns - late_ns;
 
 	if (!train->lit)
 		trigger_guard_rest(&trigger->guard);
 	else if (!(train->lit & PULSE_BIT(PULSE_STROBE)))
 		trigger_guard_watch(&trigger->guard,
-				    pulse_train_due_ns(train) +
-					    train->plan.period_ns / PULSE_LATE_SHARE);
+				    back_ns > period_end_ns ? back_ns : period_end_ns);
 }
 
 /* Whatever is to be done now. */

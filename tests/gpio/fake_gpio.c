@@ -34,6 +34,22 @@ struct gpio_input {
 	struct fake_gpio *fake;
 };
 
+static int shown_fd = -1;
+
+static void show(uint32_t levels)
+{
+	const char digit = (char)('0' + (levels & 7));
+
+	if (shown_fd >= 0 && pwrite(shown_fd, &digit, 1, 0) != 1)
+		abort();
+}
+
+void fake_gpio_show_levels(const char *path)
+{
+	shown_fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+	show(0);
+}
+
 static struct fake_gpio *map(int fd)
 {
 	void *mapped =
@@ -155,6 +171,7 @@ static void record(struct fake_gpio *fake, const uint32_t *offsets, uint32_t cou
 	fake->changes[change % FAKE_GPIO_CHANGES] =
 		(struct fake_gpio_change){clock_now_ns(), all, (uint32_t)getpid()};
 	atomic_store(&fake->levels, all);
+	show(all);
 	atomic_store(&fake->change_count, change + 1);
 	if (slow && fake->slow_after_ns)
 		clock_sleep_until(clock_now_ns() + fake->slow_after_ns);

@@ -44,3 +44,6 @@ struct fake_gpio {
 /* DIR/gpiochip0 with the lines IR_TRIG, STROBE, HD_TRIG, EXPOSURE, SYNC_IN and one without a name.
  * It is mapped, for good. */
 struct fake_gpio *fake_gpio_create(const char *dir, const char *chip);
+
+/* From now on the file says in one digit what levels this process has set: 0 to 7. */
+void fake_gpio_show_levels(const char *path);

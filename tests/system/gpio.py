@@ -61,7 +61,7 @@ class Chip:
                 begin = None
         return found
 
-    def wait_lit(self, line, seconds=5):
+    def wait_lit(self, line, seconds=20):
         deadline = time.monotonic() + seconds
         while not self.levels() & line:
             assert time.monotonic() < deadline, "it is never lit"
