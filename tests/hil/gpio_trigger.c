@@ -158,7 +158,7 @@ static int check_shot(const struct edge *edge, const struct pulses lines[LINE_CO
 	int ir_count = count_pulses(&lines[IR], from_ns, to_ns);
 	int strobe = find_pulse(&lines[STROBE], from_ns, to_ns);
 	int hd_count = count_pulses(&lines[HD], from_ns, to_ns);
-	bool cut = has_event(edge, PULSE_STROBE_CUT);
+	bool cut = has_event(edge, PULSE_GUARD_CUT);
 
 	assert_in_range(ir_count, 1, cut ? 2 : 1);
 	assert_true(strobe >= 0 || has_event(edge, PULSE_STROBE_SKIPPED));
