@@ -8,6 +8,7 @@
 #include <stdbool.h>
 
 #include "track/assign.h"
+#include "track/expression.h"
 #include "track/match.h"
 #include "track/nearby.h"
 #include "track/predict.h"
@@ -23,6 +24,7 @@ struct labelling {
 	bool merged[POINT_MAX]; /* filled before: most views of the point show two markers as one */
 
 	struct assign assign;              /* rows are labels, columns points */
+	struct expression expressions[ACTOR_MAX]; /* by those with a name a moment ago */
 	struct predictions predictions;    /* with the neighbours' word */
 	struct vec3 expected_m[LABEL_MAX]; /* the same in the stage, where the frame is found */
 	struct nearby nearby; /* the points that may have a name: three or more views */

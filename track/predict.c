@@ -172,6 +172,7 @@ void predict_init(struct tracker_state *state, const struct layout *layout)
 			init_watch(state, &state->labels[i], actor->first,
 				   actor->first + actor->count);
 		jaw_init(state, layout, (int)a);
+		expression_init(state, (int)a);
 	}
 }
 
@@ -298,9 +299,26 @@ static struct prediction refine_recent(const struct label_state *label,
 	return own;
 }
 
+/* Where the whole face tells better than that, it does. */
+static void take_better(const struct tracker_state *state, const struct expression *expression,
+			const struct label_state *label, struct prediction *p)
+{
+	struct vec3 told_m;
+	double sigma_m;
+
+	if (!expression->known || label->kind != LABEL_SKIN)
+		return;
+	expression_told(state, expression, (uint32_t)(label - state->labels), &told_m, &sigma_m);
+	if (sigma_m < p->sigma_m) {
+		p->local_m = told_m;
+		p->sigma_m = sigma_m;
+	}
+}
+
 static struct prediction fill_stale(const struct tracker_state *state,
 				    const struct label_state *label, int64_t now_ns,
-				    const bool *seen, const struct vec3 *seen_m)
+				    const bool *seen, const struct vec3 *seen_m,
+				    const struct expression *expression)
 {
 	struct prediction filled = {.recent = false};
 	double fade = 0;
@@ -311,24 +329,31 @@ static struct prediction fill_stale(const struct tracker_state *state,
 	if (label->confirmed)
 		fade = exp(-(double)(now_ns - label->seen_ns) * 1e-9 / OFFSET_FADE_S);
 	filled.local_m = vec3_add(filled.local_m, vec3_scale(label->offset_m, fade));
+	take_better(state, expression, label, &filled);
 	filled.sigma_m = fmax(filled.sigma_m, SIGMA_MIN_M);
 	return filled;
 }
 
 void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 			     const struct predictions *motion, const bool *seen,
-			     const struct vec3 *seen_m, struct predictions *out)
+			     const struct vec3 *seen_m, const struct expression *expressions,
+			     struct predictions *out)
 {
 	out->count = motion->count;
 	memcpy(out->fresh, motion->fresh, sizeof(out->fresh));
 	for (uint32_t i = 0; i < motion->count; i++) {
 		const struct label_state *label = &state->labels[i];
 
-		if (motion->labels[i].recent)
+		if (motion->labels[i].recent) {
 			out->labels[i] =
 				refine_recent(label, motion, motion->labels[i], seen, seen_m);
-		else
-			out->labels[i] = fill_stale(state, label, now_ns, seen, seen_m);
+			if (label->seen_ns < state->mid_exposure_ns)
+				take_better(state, &expressions[label->actor], label,
+					    &out->labels[i]);
+		} else {
+			out->labels[i] = fill_stale(state, label, now_ns, seen, seen_m,
+						    &expressions[label->actor]);
+		}
 	}
 }
 

@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 
+#include "track/expression.h"
 #include "track/layout.h"
 #include "track/tracker_state.h"
 
@@ -35,7 +36,8 @@ void predict_motion(const struct tracker_state *state, int64_t now_ns, struct pr
  * seen[k]. */
 void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 			     const struct predictions *motion, const bool *seen,
-			     const struct vec3 *seen_m, struct predictions *out);
+			     const struct vec3 *seen_m, const struct expression *expressions,
+			     struct predictions *out);
 
 /* Where the neighbours tell that a label is, and how sure that is. Returns how many spoke. */
 int predict_told(const struct tracker_state *state, const struct label_state *label,

@@ -15,6 +15,7 @@
 #define AT_REST_SHARE 0.25 /* of the distance to the next marker */
 #define STRANGE_MAX 12     /* shots in a row against the neighbours until a name is taken back */
 #define STRANGE_M 0.003    /* disagreement beyond this and a share of the spacing is strange */
+#define LEARNED_AFTER_S 0.1 /* a younger name teaches nothing */
 #define FOLLOW_ACCELERATION_M_S2 25.0
 #define FOLLOW_GAP_MAX_S 0.05
 #define JUMP_SHARE 0.5      /* of the distance to the next marker, in one shot */
@@ -207,6 +208,12 @@ static void learn_motion(struct tracker_state *state, const struct labelling *l,
 	for (uint32_t i = 0; i < state->label_count; i++)
 		sure[i] = l->seen[i] && points[l->point_of_label[i]].fix.used_count >= 3;
 	predict_learn(state, dt_s, anchored, sure, l->seen_m);
+	for (uint32_t i = 0; i < state->label_count; i++)
+		sure[i] = sure[i] && points[l->point_of_label[i]].label == (int16_t)i &&
+			  state->labels[i].named_s > LEARNED_AFTER_S;
+	for (uint32_t a = 0; a < state->actor_count; a++)
+		if (l->found[a] && anchored[a])
+			expression_learn(state, (int)a, dt_s, sure, l->seen_m);
 }
 
 void remember_labels(struct labelling *l, struct tracker_state *state, struct point *points,

@@ -14,6 +14,7 @@
 #define WATCH_MAX 4
 #define GHOST_MAX 96
 #define LOOSE_MAX 768
+#define PATTERN_MAX 16 /* of a face; the first is constant: where the markers are in the mean */
 #define FRAME_MAX (ACTOR_MAX * (1 + SEGMENT_MAX)) /* heads and segments of bodies */
 
 /* Another marker of the layout whose motion tells of this one's. */
@@ -114,6 +115,21 @@ struct face_state {
 	double slipped_m; /* how far the rigid markers have slipped in all */
 };
 
+/* A marker's share in the patterns of its face; sums over time, fading, in seconds. */
+struct expression_row {
+	float shift_mm[3][PATTERN_MAX]; /* per unit of each pattern; from the layout's place */
+	float square[PATTERN_MAX][PATTERN_MAX], product[3][PATTERN_MAX];
+	float off_mm2; /* mean square of what the patterns leave, per axis */
+	float learned_s;
+};
+
+struct expression_state {
+	int32_t count;             /* of patterns */
+	double power[PATTERN_MAX]; /* mean square of how much there was of each */
+	double learned_s, since_learned_s, since_new_s;
+	uint32_t turn; /* the row that is solved next */
+};
+
 /* A light that stands still and is no marker. */
 struct ghost {
 	int16_t frame; /* the head that it is on, or -1: the stage */
@@ -136,6 +152,8 @@ struct tracker_state {
 	struct frame_state frames[FRAME_MAX];
 	struct face_state faces[ACTOR_MAX];
 	struct label_state labels[LABEL_MAX];
+	struct expression_state expressions[ACTOR_MAX];
+	struct expression_row rows[LABEL_MAX];
 	struct ghost ghosts[GHOST_MAX];
 	uint32_t loose_count;
 	struct vec3 loose_stage_m[LOOSE_MAX]; /* the unlabelled points of the last shot */

@@ -1,0 +1,408 @@
+/*
+ * Millimetres inside, in single precision: four at a time.
+ */
+#include "track/expression.h"
+
+#include <string.h>
+
+#define MM 1e-3
+#define LEARN_EVERY_S 0.024
+#define FADE_S 20.0
+#define TELLS_MIN 8
+#define OFF_MIN_MM 0.15f /* of a row: no marker tells better */
+#define OFF_PRIOR_MM 2.0f
+#define OUTLIER2 16.0f      /* squared sigmas from which a marker loses its weight */
+#define KEEP_S 0.004f       /* a row stays as it is until it has been watched for longer */
+#define VAGUE_MM 1.0        /* what a row is off by, for each ... */
+#define SAMPLE_S 0.1        /* ... of the samples that it was learned from */
+#define JAW_RAD 0.3         /* of one unit of the first pattern */
+#define JAW_S 0.02f         /* what it is worth */
+#define NEW_MM 1.5f         /* a marker is off by so much: there is another pattern ... */
+#define NEW_MARKERS 3       /* ... if as many are off by half of it */
+#define NEW_S 0.15
+#define REPLACE_SHARE 0.25f /* a pattern that tells less than that of a new one gives way */
+#define ROWS_MIN 8
+#define ALL_ROWS_S 0.1
+#define POWER_MIN 0.05
+#define RISE_S 0.05
+#define FALL_S 10.0
+#define PRIOR_S 0.3
+
+static bool is_skin(const struct tracker_state *state, int i, int actor)
+{
+	return state->labels[i].frame == actor && state->labels[i].kind == LABEL_SKIN;
+}
+
+static void displacement_mm(const struct label_state *label, struct vec3 seen_m, float d[3])
+{
+	d[0] = (float)((seen_m.x - label->master_m.x) / MM);
+	d[1] = (float)((seen_m.y - label->master_m.y) / MM);
+	d[2] = (float)((seen_m.z - label->master_m.z) / MM);
+}
+
+void expression_init(struct tracker_state *state, int actor)
+{
+	struct expression_state *x = &state->expressions[actor];
+	const struct frame_state *f = &state->frames[actor];
+
+	x->count = 2;
+	for (int k = 0; k < PATTERN_MAX; k++)
+		x->power[k] = 1;
+	for (int i = f->label_first; i < f->label_end; i++) {
+		struct expression_row *row = &state->rows[i];
+		struct vec3 u = vec3_scale(state->labels[i].jaw_m_rad, JAW_RAD / MM);
+
+		row->off_mm2 = OFF_PRIOR_MM * OFF_PRIOR_MM;
+		row->shift_mm[0][1] = (float)u.x;
+		row->shift_mm[1][1] = (float)u.y;
+		row->shift_mm[2][1] = (float)u.z;
+		for (int c = 0; c < 3; c++)
+			row->product[c][1] = JAW_S * row->shift_mm[c][1];
+		row->square[1][1] = JAW_S;
+	}
+}
+
+/* What a row is off by when there is so much of each pattern. */
+static void row_off_mm(const struct expression_row *row, const float *amount, const float d[3],
+		       float off[3])
+{
+	for (int c = 0; c < 3; c++) {
+		float sum = 0;
+
+		for (int k = 0; k < PATTERN_MAX; k++)
+			sum += row->shift_mm[c][k] * amount[k];
+		off[c] = d[c] - sum;
+	}
+}
+
+struct equations {
+	float h[PATTERN_MAX][PATTERN_MAX], g[PATTERN_MAX];
+};
+
+static void add_row(struct equations *q, const struct expression_row *row, const float d[3],
+		    float weight)
+{
+	for (int c = 0; c < 3; c++) {
+		const float *u = row->shift_mm[c];
+		float own = weight * (d[c] - u[0]);
+
+		for (int k = 0; k < PATTERN_MAX; k++)
+			q->g[k] += own * u[k];
+		for (int j = 1; j < PATTERN_MAX; j++) {
+			float share = weight * u[j];
+
+			for (int k = 0; k < PATTERN_MAX; k++)
+				q->h[j][k] += share * u[k];
+		}
+	}
+}
+
+/* Lower triangle of rows and columns first .. count - 1. */
+static void factorise(double a[PATTERN_MAX][PATTERN_MAX], int first, int count)
+{
+	for (int i = first; i < count; i++)
+		for (int j = first; j <= i; j++) {
+			double sum = a[i][j];
+
+			for (int k = first; k < j; k++)
+				sum -= a[i][k] * a[j][k];
+			a[i][j] = i == j ? sqrt(fmax(sum, 1e-9)) : sum / a[j][j];
+		}
+}
+
+static void solve_lower(const double l[PATTERN_MAX][PATTERN_MAX], int first, int count, double *b)
+{
+	for (int i = first; i < count; i++) {
+		for (int k = first; k < i; k++)
+			b[i] -= l[i][k] * b[k];
+		b[i] /= l[i][i];
+	}
+}
+
+static void solve_upper(const double l[PATTERN_MAX][PATTERN_MAX], int first, int count, double *b)
+{
+	for (int i = count - 1; i >= first; i--) {
+		for (int k = i + 1; k < count; k++)
+			b[i] -= l[k][i] * b[k];
+		b[i] /= l[i][i];
+	}
+}
+
+static void solve(const struct expression_state *x, const struct equations *q,
+		  struct expression *out)
+{
+	double b[PATTERN_MAX];
+
+	for (int i = 1; i < x->count; i++) {
+		for (int j = 1; j <= i; j++)
+			out->factor[i][j] = q->h[i][j];
+		out->factor[i][i] += 1 / x->power[i];
+		b[i] = q->g[i];
+	}
+	factorise(out->factor, 1, x->count);
+	solve_lower(out->factor, 1, x->count, b);
+	solve_upper(out->factor, 1, x->count, b);
+	memset(out->amount, 0, sizeof(out->amount));
+	out->amount[0] = 1;
+	for (int i = 1; i < x->count; i++)
+		out->amount[i] = (float)b[i];
+}
+
+/* A name may be wrong: what lies far off counts less, and is then farther off. */
+static bool reweigh(const struct tracker_state *state, int actor, const bool *tells,
+		    const struct vec3 *seen_m, const float *amount, struct equations *q)
+{
+	const struct frame_state *f = &state->frames[actor];
+	bool any = false;
+
+	for (int i = f->label_first; i < f->label_end; i++) {
+		const struct expression_row *row = &state->rows[i];
+		float d[3], off[3];
+
+		if (!tells[i] || !is_skin(state, i, actor))
+			continue;
+		displacement_mm(&state->labels[i], seen_m[i], d);
+		row_off_mm(row, amount, d, off);
+		float off_mm2 = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+		if (off_mm2 < OUTLIER2 * row->off_mm2)
+			continue;
+		add_row(q, row, d, (OUTLIER2 / off_mm2 - 1 / row->off_mm2) * 0.9f);
+		any = true;
+	}
+	return any;
+}
+
+void expression_solve(const struct tracker_state *state, int actor, const bool *tells,
+		      const struct vec3 *seen_m, struct expression *out)
+{
+	const struct expression_state *x = &state->expressions[actor];
+	const struct frame_state *f = &state->frames[actor];
+	struct equations q;
+	int count = 0;
+
+	memset(&q, 0, sizeof(q));
+	for (int i = f->label_first; i < f->label_end; i++) {
+		float d[3];
+
+		if (!tells[i] || !is_skin(state, i, actor))
+			continue;
+		displacement_mm(&state->labels[i], seen_m[i], d);
+		add_row(&q, &state->rows[i], d, 1 / state->rows[i].off_mm2);
+		count++;
+	}
+	out->known = count >= TELLS_MIN;
+	out->count = x->count;
+	if (!out->known)
+		return;
+	solve(x, &q, out);
+	if (reweigh(state, actor, tells, seen_m, out->amount, &q))
+		solve(x, &q, out);
+}
+
+void expression_told(const struct tracker_state *state, const struct expression *expression,
+		     uint32_t label, struct vec3 *told_m, double *sigma_m)
+{
+	const struct expression_row *row = &state->rows[label];
+	double variance_mm2 = row->off_mm2, p[3], u[PATTERN_MAX];
+
+	for (int c = 0; c < 3; c++) {
+		p[c] = 0;
+		for (int k = 0; k < expression->count; k++)
+			p[c] += (double)row->shift_mm[c][k] * expression->amount[k];
+		for (int k = 1; k < expression->count; k++)
+			u[k] = row->shift_mm[c][k];
+		solve_lower(expression->factor, 1, expression->count, u);
+		for (int k = 1; k < expression->count; k++)
+			variance_mm2 += u[k] * u[k] / 3;
+	}
+	for (int k = 0; k < expression->count; k++)
+		variance_mm2 += SAMPLE_S * (row->off_mm2 + VAGUE_MM * VAGUE_MM) *
+				expression->amount[k] * expression->amount[k] /
+				(row->square[k][k] + KEEP_S);
+	*told_m = vec3_add(state->labels[label].master_m,
+			   vec3_scale((struct vec3){p[0], p[1], p[2]}, MM));
+	*sigma_m = MM * sqrt(variance_mm2);
+}
+
+static double follow_mean(double mean, double now, double dt_s, double learned_s)
+{
+	double time_s = now > mean ? RISE_S : fmin(FALL_S, PRIOR_S + learned_s);
+
+	return mean + (now - mean) * fmin(dt_s / time_s, 1);
+}
+
+/* The past fades, and this is added: for each marker what there was of each pattern, and how it lay
+ * then. */
+static void row_learn(struct expression_row *row, const float *amount, const float d[3],
+		      const float off[3], double dt_s)
+{
+	float kept = (float)(1 - fmin(dt_s / FADE_S, 1)), share = (float)dt_s;
+	float off_mm2 = (off[0] * off[0] + off[1] * off[1] + off[2] * off[2]) / 3;
+
+	row->learned_s += (float)dt_s;
+	row->off_mm2 = (float)fmax(follow_mean(row->off_mm2, off_mm2, dt_s, row->learned_s),
+				   OFF_MIN_MM * OFF_MIN_MM);
+	for (int j = 0; j < PATTERN_MAX; j++) {
+		float own = share * amount[j];
+
+		for (int k = 0; k < PATTERN_MAX; k++)
+			row->square[j][k] = kept * row->square[j][k] + own * amount[k];
+	}
+	for (int c = 0; c < 3; c++) {
+		float own = share * d[c];
+
+		for (int k = 0; k < PATTERN_MAX; k++)
+			row->product[c][k] = kept * row->product[c][k] + own * amount[k];
+	}
+}
+
+static void row_solve(struct expression_row *row, int count)
+{
+	double a[PATTERN_MAX][PATTERN_MAX], b[PATTERN_MAX];
+
+	for (int i = 0; i < count; i++) {
+		for (int j = 0; j <= i; j++)
+			a[i][j] = row->square[i][j];
+		a[i][i] += KEEP_S;
+	}
+	factorise(a, 0, count);
+	for (int c = 0; c < 3; c++) {
+		for (int k = 0; k < count; k++)
+			b[k] = row->product[c][k] + KEEP_S * row->shift_mm[c][k];
+		solve_lower(a, 0, count, b);
+		solve_upper(a, 0, count, b);
+		for (int k = 0; k < count; k++)
+			row->shift_mm[c][k] = (float)b[k];
+	}
+}
+
+/* A few rows at a time. */
+static void solve_rows(struct tracker_state *state, int actor, double dt_s)
+{
+	struct expression_state *x = &state->expressions[actor];
+	const struct frame_state *f = &state->frames[actor];
+	int all = f->label_end - f->label_first;
+	int count = (int)fmin(fmax(ROWS_MIN, all * dt_s / ALL_ROWS_S), all);
+
+	for (; count > 0; count--) {
+		int i = f->label_first + (int)(x->turn++ % (uint32_t)all);
+
+		if (is_skin(state, i, actor) && state->rows[i].learned_s > 0)
+			row_solve(&state->rows[i], x->count);
+	}
+}
+
+/* What the patterns leave over in a shot. */
+struct rest {
+	float off_mm[LABEL_MAX][3];
+	int off_count;
+	bool is_new;
+	float energy_mm2;
+};
+
+static float pattern_energy_mm2(const struct tracker_state *state, int actor, int k)
+{
+	const struct frame_state *f = &state->frames[actor];
+	float sum = 0;
+
+	for (int i = f->label_first; i < f->label_end; i++)
+		for (int c = 0; c < 3; c++)
+			sum += state->rows[i].shift_mm[c][k] * state->rows[i].shift_mm[c][k];
+	return sum * (float)state->expressions[actor].power[k];
+}
+
+/* Room for a new pattern: a free place, or that of one that tells little. 0: none. */
+static int place_for_new(const struct tracker_state *state, int actor, float energy_mm2)
+{
+	const struct expression_state *x = &state->expressions[actor];
+	float least_mm2 = REPLACE_SHARE * energy_mm2;
+	int place = 0;
+
+	if (x->count < PATTERN_MAX)
+		return x->count;
+	for (int k = 2; k < PATTERN_MAX; k++) {
+		float its_mm2 = pattern_energy_mm2(state, actor, k);
+
+		if (its_mm2 < least_mm2) {
+			least_mm2 = its_mm2;
+			place = k;
+		}
+	}
+	return place;
+}
+
+static void add_pattern(struct tracker_state *state, int actor, const bool *sure,
+			const struct rest *rest)
+{
+	struct expression_state *x = &state->expressions[actor];
+	const struct frame_state *f = &state->frames[actor];
+	int k = place_for_new(state, actor, rest->energy_mm2);
+
+	if (k == 0)
+		return;
+	if (k == x->count)
+		x->count++;
+	x->power[k] = 1;
+	x->since_new_s = 0;
+	for (int i = f->label_first; i < f->label_end; i++) {
+		struct expression_row *row = &state->rows[i];
+
+		for (int j = 0; j < PATTERN_MAX; j++)
+			row->square[k][j] = row->square[j][k] = 0;
+		for (int c = 0; c < 3; c++) {
+			row->shift_mm[c][k] = sure[i] && is_skin(state, i, actor)
+						      ? rest->off_mm[i][c]
+						      : 0;
+			row->product[c][k] = 0;
+		}
+	}
+}
+
+static void learn_rows(struct tracker_state *state, int actor, const struct expression *now,
+		       double dt_s, const bool *sure, const struct vec3 *seen_m, struct rest *rest)
+{
+	const struct frame_state *f = &state->frames[actor];
+
+	rest->off_count = 0;
+	rest->is_new = false;
+	rest->energy_mm2 = 0;
+	for (int i = f->label_first; i < f->label_end; i++) {
+		float d[3], *off = rest->off_mm[i];
+
+		if (!sure[i] || !is_skin(state, i, actor))
+			continue;
+		displacement_mm(&state->labels[i], seen_m[i], d);
+		row_off_mm(&state->rows[i], now->amount, d, off);
+		row_learn(&state->rows[i], now->amount, d, off, dt_s);
+		float off_mm2 = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+		rest->energy_mm2 += off_mm2;
+		rest->is_new |= off_mm2 > NEW_MM * NEW_MM;
+		rest->off_count += off_mm2 > 0.25f * NEW_MM * NEW_MM;
+	}
+}
+
+void expression_learn(struct tracker_state *state, int actor, double dt_s, const bool *sure,
+		      const struct vec3 *seen_m)
+{
+	struct expression_state *x = &state->expressions[actor];
+	struct expression now;
+	struct rest rest;
+
+	x->since_learned_s += dt_s;
+	x->since_new_s += dt_s;
+	solve_rows(state, actor, dt_s);
+	if (x->since_learned_s < LEARN_EVERY_S)
+		return;
+	expression_solve(state, actor, sure, seen_m, &now);
+	if (!now.known)
+		return;
+	x->learned_s += x->since_learned_s;
+	for (int k = 1; k < x->count; k++)
+		x->power[k] = fmax(follow_mean(x->power[k], now.amount[k] * now.amount[k],
+					       x->since_learned_s, x->learned_s),
+				   POWER_MIN);
+	learn_rows(state, actor, &now, x->since_learned_s, sure, seen_m, &rest);
+	x->since_learned_s = 0;
+	if (rest.is_new && rest.off_count >= NEW_MARKERS && x->since_new_s > NEW_S)
+		add_pattern(state, actor, sure, &rest);
+}

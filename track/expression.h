@@ -1,0 +1,35 @@
+/*
+ * What a face does as a few patterns: the displacements of all its markers from the layout are sums
+ * of patterns, learned while it is watched. The markers that are seen tell how much of each there
+ * is, and that tells where the hidden ones are. (Principal components with missing data: Roweis
+ * 1998, Tipping and Bishop 1999; each marker's row by least squares in which the past fades: Chi,
+ * Eldar and Calderbank 2013.) Pure and real-time safe.
+ */
+#pragma once
+
+#include <stdbool.h>
+
+#include "track/tracker_state.h"
+
+/* How much of each pattern there is in one shot. */
+struct expression {
+	bool known;
+	int count;
+	float amount[PATTERN_MAX];                   /* the first is 1 */
+	double factor[PATTERN_MAX][PATTERN_MAX]; /* Cholesky, of the inverse covariance */
+};
+
+/* What an opening jaw does is known before anything is seen. */
+void expression_init(struct tracker_state *state, int actor);
+
+/* From the markers in `tells`, whose places in the head are `seen_m`. Too few of them: not known. */
+void expression_solve(const struct tracker_state *state, int actor, const bool *tells,
+		      const struct vec3 *seen_m, struct expression *out);
+
+/* Where it has a marker of the actor's skin, and how sure that is, per axis. */
+void expression_told(const struct tracker_state *state, const struct expression *expression,
+		     uint32_t label, struct vec3 *told_m, double *sigma_m);
+
+/* Learns from the markers in `sure`; once in a while suffices, so that many calls do little. */
+void expression_learn(struct tracker_state *state, int actor, double dt_s, const bool *sure,
+		      const struct vec3 *seen_m);
