@@ -11,19 +11,20 @@
 #define TELLS_MIN 8
 #define OFF_MIN_MM 0.15f /* of a row: no marker tells better */
 #define OFF_PRIOR_MM 2.0f
-#define OUTLIER2 16.0f      /* squared sigmas from which a marker loses its weight */
-#define KEEP_S 0.004f       /* a row stays as it is until it has been watched for longer */
-#define VAGUE_MM 1.0        /* what a row is off by, for each ... */
-#define SAMPLE_S 0.1        /* ... of the samples that it was learned from */
-#define JAW_RAD 0.3         /* of one unit of the first pattern */
-#define JAW_S 0.02f         /* what it is worth */
-#define NEW_MM 1.5f         /* a marker is off by so much: there is another pattern ... */
-#define NEW_MARKERS 3       /* ... if as many are off by half of it */
+#define OUTLIER2 16.0f /* squared sigmas from which a marker loses its weight */
+#define KEEP_S 0.02f   /* a row stays as it is until it has been watched for longer */
+#define VAGUE_MM 1.0   /* what a row is off by, for each ... */
+#define SAMPLE_S 0.1   /* ... of the samples that it was learned from */
+#define JAW_RAD 0.3    /* of one unit of the first pattern */
+#define JAW_S 0.02f    /* what it is worth */
+#define NEW_MM 1.5f    /* a marker is off by so much: there is another pattern ... */
+#define NEW_MARKERS 3  /* ... if as many are off by half of it */
 #define NEW_S 0.15
 #define REPLACE_SHARE 0.25f /* a pattern that tells less than that of a new one gives way */
-#define ROWS_MIN 8
-#define ALL_ROWS_S 0.1
+#define ROWS_MIN 3
+#define ALL_ROWS_S 0.2
 #define POWER_MIN 0.05
+#define HOLD_S 0.15 /* an expression lasts */
 #define RISE_S 0.05
 #define FALL_S 10.0
 #define PRIOR_S 0.3
@@ -47,12 +48,12 @@ void expression_init(struct tracker_state *state, int actor)
 
 	x->count = 2;
 	for (int k = 0; k < PATTERN_MAX; k++)
-		x->power[k] = 1;
+		x->power[k] = x->variance[k] = 1;
 	for (int i = f->label_first; i < f->label_end; i++) {
 		struct expression_row *row = &state->rows[i];
 		struct vec3 u = vec3_scale(state->labels[i].jaw_m_rad, JAW_RAD / MM);
 
-		row->off_mm2 = OFF_PRIOR_MM * OFF_PRIOR_MM;
+		row->off_mm2 = row->worst_mm2 = OFF_PRIOR_MM * OFF_PRIOR_MM;
 		row->shift_mm[0][1] = (float)u.x;
 		row->shift_mm[1][1] = (float)u.y;
 		row->shift_mm[2][1] = (float)u.z;
@@ -79,6 +80,18 @@ struct equations {
 	float h[PATTERN_MAX][PATTERN_MAX], g[PATTERN_MAX];
 };
 
+/* Adds a multiple of u u' to the lower triangle of a square, and somewhat more, in whole fours. */
+static void add_square(float (*restrict square)[PATTERN_MAX], const float *restrict u, float scale)
+{
+	for (int first = 0; first < PATTERN_MAX; first += 4)
+		for (int j = first; j < first + 4; j++) {
+			float share = scale * u[j];
+
+			for (int k = 0; k < first + 4; k++)
+				square[j][k] += share * u[k];
+		}
+}
+
 static void add_row(struct equations *q, const struct expression_row *row, const float d[3],
 		    float weight)
 {
@@ -88,12 +101,7 @@ static void add_row(struct equations *q, const struct expression_row *row, const
 
 		for (int k = 0; k < PATTERN_MAX; k++)
 			q->g[k] += own * u[k];
-		for (int j = 1; j < PATTERN_MAX; j++) {
-			float share = weight * u[j];
-
-			for (int k = 0; k < PATTERN_MAX; k++)
-				q->h[j][k] += share * u[k];
-		}
+		add_square(q->h, u, weight);
 	}
 }
 
@@ -128,6 +136,21 @@ static void solve_upper(const double l[PATTERN_MAX][PATTERN_MAX], int first, int
 	}
 }
 
+/* Before any marker is seen: each amount comes from the last one and falls back to nothing, as fast
+ * as faces move (Ornstein and Uhlenbeck). */
+static void expect(const struct expression_state *x, double age_s, struct equations *q)
+{
+	double kept = exp(-age_s / HOLD_S);
+
+	memset(q, 0, sizeof(*q));
+	for (int k = 1; k < x->count; k++) {
+		double variance = (1 - kept * kept) * x->power[k] + kept * kept * x->variance[k];
+
+		q->h[k][k] = (float)(1 / variance);
+		q->g[k] = (float)(kept * x->amount[k] / variance);
+	}
+}
+
 static void solve(const struct expression_state *x, const struct equations *q,
 		  struct expression *out)
 {
@@ -136,7 +159,6 @@ static void solve(const struct expression_state *x, const struct equations *q,
 	for (int i = 1; i < x->count; i++) {
 		for (int j = 1; j <= i; j++)
 			out->factor[i][j] = q->h[i][j];
-		out->factor[i][i] += 1 / x->power[i];
 		b[i] = q->g[i];
 	}
 	factorise(out->factor, 1, x->count);
@@ -172,15 +194,15 @@ static bool reweigh(const struct tracker_state *state, int actor, const bool *te
 	return any;
 }
 
-void expression_solve(const struct tracker_state *state, int actor, const bool *tells,
-		      const struct vec3 *seen_m, struct expression *out)
+void expression_solve(const struct tracker_state *state, int actor, int64_t now_ns,
+		      const bool *tells, const struct vec3 *seen_m, struct expression *out)
 {
 	const struct expression_state *x = &state->expressions[actor];
 	const struct frame_state *f = &state->frames[actor];
 	struct equations q;
 	int count = 0;
 
-	memset(&q, 0, sizeof(q));
+	expect(x, (double)(now_ns - x->seen_ns) * 1e-9, &q);
 	for (int i = f->label_first; i < f->label_end; i++) {
 		float d[3];
 
@@ -203,7 +225,7 @@ void expression_told(const struct tracker_state *state, const struct expression 
 		     uint32_t label, struct vec3 *told_m, double *sigma_m)
 {
 	const struct expression_row *row = &state->rows[label];
-	double variance_mm2 = row->off_mm2, p[3], u[PATTERN_MAX];
+	double variance_mm2 = row->worst_mm2, p[3], u[PATTERN_MAX];
 
 	for (int c = 0; c < 3; c++) {
 		p[c] = 0;
@@ -216,7 +238,7 @@ void expression_told(const struct tracker_state *state, const struct expression 
 			variance_mm2 += u[k] * u[k] / 3;
 	}
 	for (int k = 0; k < expression->count; k++)
-		variance_mm2 += SAMPLE_S * (row->off_mm2 + VAGUE_MM * VAGUE_MM) *
+		variance_mm2 += SAMPLE_S * (row->worst_mm2 + VAGUE_MM * VAGUE_MM) *
 				expression->amount[k] * expression->amount[k] /
 				(row->square[k][k] + KEEP_S);
 	*told_m = vec3_add(state->labels[label].master_m,
@@ -231,23 +253,47 @@ static double follow_mean(double mean, double now, double dt_s, double learned_s
 	return mean + (now - mean) * fmin(dt_s / time_s, 1);
 }
 
+/* Mean of the products of the amounts, over what they may be. */
+static void mean_square(const struct expression *now, float square[PATTERN_MAX][PATTERN_MAX])
+{
+	double inverse[PATTERN_MAX][PATTERN_MAX];
+
+	for (int k = 0; k < now->count; k++) {
+		memset(inverse[k], 0, sizeof(inverse[k]));
+		inverse[k][k] = k > 0;
+		if (k > 0)
+			solve_lower(now->factor, 1, now->count, inverse[k]);
+	}
+	memset(square, 0, PATTERN_MAX * sizeof(square[0]));
+	for (int j = 0; j < now->count; j++)
+		for (int k = 0; k < now->count; k++) {
+			double sum = (double)now->amount[j] * now->amount[k];
+
+			for (int i = 1; i < now->count; i++)
+				sum += inverse[j][i] * inverse[k][i];
+			square[j][k] = (float)sum;
+		}
+}
+
 /* The past fades, and this is added: for each marker what there was of each pattern, and how it lay
  * then. */
-static void row_learn(struct expression_row *row, const float *amount, const float d[3],
-		      const float off[3], double dt_s)
+static void row_learn(struct expression_row *row, const float *amount,
+		      float (*restrict square)[PATTERN_MAX], const float d[3], const float off[3],
+		      double dt_s)
 {
 	float kept = (float)(1 - fmin(dt_s / FADE_S, 1)), share = (float)dt_s;
 	float off_mm2 = (off[0] * off[0] + off[1] * off[1] + off[2] * off[2]) / 3;
 
 	row->learned_s += (float)dt_s;
-	row->off_mm2 = (float)fmax(follow_mean(row->off_mm2, off_mm2, dt_s, row->learned_s),
-				   OFF_MIN_MM * OFF_MIN_MM);
-	for (int j = 0; j < PATTERN_MAX; j++) {
-		float own = share * amount[j];
-
+	row->off_mm2 = (float)fmax(
+		row->off_mm2 + (off_mm2 - row->off_mm2) *
+				       fmin(dt_s / fmin(FALL_S, PRIOR_S + row->learned_s), 1),
+		OFF_MIN_MM * OFF_MIN_MM);
+	row->worst_mm2 = (float)fmax(follow_mean(row->worst_mm2, off_mm2, dt_s, row->learned_s),
+				     OFF_MIN_MM * OFF_MIN_MM);
+	for (int j = 0; j < PATTERN_MAX; j++)
 		for (int k = 0; k < PATTERN_MAX; k++)
-			row->square[j][k] = kept * row->square[j][k] + own * amount[k];
-	}
+			row->square[j][k] = kept * row->square[j][k] + share * square[j][k];
 	for (int c = 0; c < 3; c++) {
 		float own = share * d[c];
 
@@ -342,7 +388,8 @@ static void add_pattern(struct tracker_state *state, int actor, const bool *sure
 		return;
 	if (k == x->count)
 		x->count++;
-	x->power[k] = 1;
+	x->power[k] = x->variance[k] = 1;
+	x->amount[k] = 0;
 	x->since_new_s = 0;
 	for (int i = f->label_first; i < f->label_end; i++) {
 		struct expression_row *row = &state->rows[i];
@@ -350,16 +397,16 @@ static void add_pattern(struct tracker_state *state, int actor, const bool *sure
 		for (int j = 0; j < PATTERN_MAX; j++)
 			row->square[k][j] = row->square[j][k] = 0;
 		for (int c = 0; c < 3; c++) {
-			row->shift_mm[c][k] = sure[i] && is_skin(state, i, actor)
-						      ? rest->off_mm[i][c]
-						      : 0;
+			row->shift_mm[c][k] =
+				sure[i] && is_skin(state, i, actor) ? rest->off_mm[i][c] : 0;
 			row->product[c][k] = 0;
 		}
 	}
 }
 
 static void learn_rows(struct tracker_state *state, int actor, const struct expression *now,
-		       double dt_s, const bool *sure, const struct vec3 *seen_m, struct rest *rest)
+		       float square[PATTERN_MAX][PATTERN_MAX], double dt_s, const bool *sure,
+		       const struct vec3 *seen_m, struct rest *rest)
 {
 	const struct frame_state *f = &state->frames[actor];
 
@@ -373,7 +420,7 @@ static void learn_rows(struct tracker_state *state, int actor, const struct expr
 			continue;
 		displacement_mm(&state->labels[i], seen_m[i], d);
 		row_off_mm(&state->rows[i], now->amount, d, off);
-		row_learn(&state->rows[i], now->amount, d, off, dt_s);
+		row_learn(&state->rows[i], now->amount, square, d, off, dt_s);
 		float off_mm2 = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
 		rest->energy_mm2 += off_mm2;
 		rest->is_new |= off_mm2 > NEW_MM * NEW_MM;
@@ -381,27 +428,42 @@ static void learn_rows(struct tracker_state *state, int actor, const struct expr
 	}
 }
 
-void expression_learn(struct tracker_state *state, int actor, double dt_s, const bool *sure,
-		      const struct vec3 *seen_m)
+static void follow(struct expression_state *x, const struct expression *now, int64_t now_ns)
+{
+	x->seen_ns = now_ns;
+	for (int k = 1; k < now->count; k++) {
+		double column[PATTERN_MAX] = {0};
+
+		column[k] = 1;
+		solve_lower(now->factor, k, now->count, column);
+		x->amount[k] = now->amount[k];
+		x->variance[k] = 0;
+		for (int i = k; i < now->count; i++)
+			x->variance[k] += column[i] * column[i];
+	}
+}
+
+void expression_learn(struct tracker_state *state, int actor, const struct expression *now,
+		      int64_t now_ns, double dt_s, const bool *sure, const struct vec3 *seen_m)
 {
 	struct expression_state *x = &state->expressions[actor];
-	struct expression now;
+	float square[PATTERN_MAX][PATTERN_MAX];
 	struct rest rest;
 
+	if (now->known)
+		follow(x, now, now_ns);
 	x->since_learned_s += dt_s;
 	x->since_new_s += dt_s;
 	solve_rows(state, actor, dt_s);
-	if (x->since_learned_s < LEARN_EVERY_S)
-		return;
-	expression_solve(state, actor, sure, seen_m, &now);
-	if (!now.known)
+	if (x->since_learned_s < LEARN_EVERY_S || !now->known)
 		return;
 	x->learned_s += x->since_learned_s;
+	mean_square(now, square);
 	for (int k = 1; k < x->count; k++)
-		x->power[k] = fmax(follow_mean(x->power[k], now.amount[k] * now.amount[k],
-					       x->since_learned_s, x->learned_s),
-				   POWER_MIN);
-	learn_rows(state, actor, &now, x->since_learned_s, sure, seen_m, &rest);
+		x->power[k] = fmax(
+			follow_mean(x->power[k], square[k][k], x->since_learned_s, x->learned_s),
+			POWER_MIN);
+	learn_rows(state, actor, now, square, x->since_learned_s, sure, seen_m, &rest);
 	x->since_learned_s = 0;
 	if (rest.is_new && rest.off_count >= NEW_MARKERS && x->since_new_s > NEW_S)
 		add_pattern(state, actor, sure, &rest);

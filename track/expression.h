@@ -15,21 +15,23 @@
 struct expression {
 	bool known;
 	int count;
-	float amount[PATTERN_MAX];                   /* the first is 1 */
+	float amount[PATTERN_MAX];               /* the first is 1 */
 	double factor[PATTERN_MAX][PATTERN_MAX]; /* Cholesky, of the inverse covariance */
 };
 
 /* What an opening jaw does is known before anything is seen. */
 void expression_init(struct tracker_state *state, int actor);
 
-/* From the markers in `tells`, whose places in the head are `seen_m`. Too few of them: not known. */
-void expression_solve(const struct tracker_state *state, int actor, const bool *tells,
-		      const struct vec3 *seen_m, struct expression *out);
+/* From the markers in `tells`, whose places in the head are `seen_m`. Too few of them: not known.
+ */
+void expression_solve(const struct tracker_state *state, int actor, int64_t now_ns,
+		      const bool *tells, const struct vec3 *seen_m, struct expression *out);
 
 /* Where it has a marker of the actor's skin, and how sure that is, per axis. */
 void expression_told(const struct tracker_state *state, const struct expression *expression,
 		     uint32_t label, struct vec3 *told_m, double *sigma_m);
 
-/* Learns from the markers in `sure`; once in a while suffices, so that many calls do little. */
-void expression_learn(struct tracker_state *state, int actor, double dt_s, const bool *sure,
-		      const struct vec3 *seen_m);
+/* Learns from the markers in `sure` how they lie when the face does what `now` says; once in a
+ * while suffices, so that many calls do little. */
+void expression_learn(struct tracker_state *state, int actor, const struct expression *now,
+		      int64_t now_ns, double dt_s, const bool *sure, const struct vec3 *seen_m);

@@ -19,6 +19,7 @@
 #define RATIO_MIN 0.5       /* what is lost does worse than what is only held to be */
 #define UNKNOWN_RATIO 4.0   /* of a marker that was seldom seen so far, on top */
 #define UNKNOWN_S 1.0
+#define FACE_ERRS 1.3 /* what the patterns of a face do not tell, on top */
 #define ABOUT_MIN 3
 #define EXPECTED_SHARE 0.75 /* of the markers about it, by a camera that should see it */
 #define HIDES_MAX_M 0.0025
@@ -184,6 +185,24 @@ static double hidden_variance_m2(const struct label_state *label, double age_s)
 	       fmin(age_s / HIDES_S, 1);
 }
 
+/* Where the whole face tells better, it does. */
+static double take_face(const struct tracker_state *state, const struct labelling *l, uint32_t i,
+			double variance_m2, struct filled *filled)
+{
+	const struct expression *face = &l->expressions[state->labels[i].actor];
+	struct vec3 told_m;
+	double sigma_m;
+
+	if (!face->known)
+		return variance_m2;
+	expression_told(state, face, i, &told_m, &sigma_m);
+	sigma_m *= FACE_ERRS;
+	if (sigma_m * sigma_m >= variance_m2)
+		return variance_m2;
+	filled->local_m = told_m;
+	return sigma_m * sigma_m;
+}
+
 static struct filled place_skin(const struct tracker_state *state, const struct labelling *l,
 				const struct point *points, uint32_t i, int64_t now_ns)
 {
@@ -196,6 +215,7 @@ static struct filled place_skin(const struct tracker_state *state, const struct 
 	double ratio = fmax(1 + (double)label->fill_over1[age_bin(age_s)], RATIO_MIN);
 	ratio += UNKNOWN_RATIO * exp(-label->learned_s / UNKNOWN_S);
 	double variance_m2 = ratio * filled.sigma_m * filled.sigma_m;
+	variance_m2 = take_face(state, l, i, variance_m2, &filled);
 	if (label->absent_s > 0 || is_expected(l, points, label))
 		variance_m2 += hidden_variance_m2(label, age_s);
 	filled.sigma_m = fmin(fmax(sqrt(variance_m2), START_SIGMA_M), SIGMA_MAX_M);

@@ -14,7 +14,7 @@
 #define PASSES 2
 #define PASSES_FRESH 6
 #define SIGMA_UNIT_M 0.0005
-#define TELLS_S 0.1 /* a younger name says nothing of others */
+#define TELLS_S 0.1    /* a younger name says nothing of others */
 #define GHOST_COST 9.0 /* three sigmas: of a known light rather than a marker */
 
 /* Negative log-likelihood (times 2) of a point at that distance, up to a constant. */
@@ -119,17 +119,23 @@ static bool any_fresh(const struct labelling *l, const struct tracker_state *sta
 }
 
 /* What is known of a face by those of its markers that had their names a moment ago. */
-static void read_expressions(struct labelling *l, const struct tracker_state *state)
+static void read_expressions(struct labelling *l, const struct tracker_state *state, int64_t now_ns,
+			     bool first)
 {
-	bool tells[LABEL_MAX];
+	bool tells[LABEL_MAX], changed[ACTOR_MAX] = {false};
 
-	for (uint32_t i = 0; i < state->label_count; i++)
+	for (uint32_t i = 0; i < state->label_count; i++) {
 		tells[i] = l->seen[i] && l->motion.labels[i].recent &&
 			   state->labels[i].named_s > TELLS_S;
+		changed[state->labels[i].actor] |= tells[i] != l->tells[i];
+		l->tells[i] = tells[i];
+	}
 	for (uint32_t a = 0; a < state->actor_count; a++) {
-		l->expressions[a].known = false;
-		if (l->found[a])
-			expression_solve(state, (int)a, tells, l->seen_m, &l->expressions[a]);
+		if (first)
+			l->expressions[a].known = false;
+		if (l->found[a] && (first || changed[a]))
+			expression_solve(state, (int)a, now_ns, tells, l->seen_m,
+					 &l->expressions[a]);
 	}
 }
 
@@ -150,7 +156,7 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 	take_answer(l);
 	note_places(l, state, points);
 	for (int pass = 0; pass < passes; pass++) {
-		read_expressions(l, state);
+		read_expressions(l, state, now_ns, pass == 0);
 		predict_from_neighbours(state, now_ns, &l->motion, l->seen, l->seen_m,
 					l->expressions, &l->predictions);
 		fill_edges(l, state, &l->predictions, false);

@@ -23,9 +23,10 @@ struct labelling {
 	bool is_ghost[POINT_MAX]; /* filled before: a light is known to stand there */
 	bool merged[POINT_MAX]; /* filled before: most views of the point show two markers as one */
 
-	struct assign assign;              /* rows are labels, columns points */
+	struct assign assign;                     /* rows are labels, columns points */
 	struct expression expressions[ACTOR_MAX]; /* by those with a name a moment ago */
-	struct predictions predictions;    /* with the neighbours' word */
+	bool tells[LABEL_MAX];                    /* these */
+	struct predictions predictions;           /* with the neighbours' word */
 	struct vec3 expected_m[LABEL_MAX]; /* the same in the stage, where the frame is found */
 	struct nearby nearby; /* the points that may have a name: three or more views */
 	int16_t point_of_label[LABEL_MAX]; /* or -1; every one of them is sure enough to follow */
@@ -43,6 +44,12 @@ void label_points(struct labelling *labelling, const struct tracker_state *state
  * point nearby says that the whole neighbourhood may be read wrongly. */
 bool label_is_clear(const struct labelling *labelling, const struct tracker_state *state,
 		    uint32_t label);
+
+/* Whether the rest of the face tells so surely where a label is that its point needs no other
+ * proof.
+ */
+bool label_is_told(const struct labelling *labelling, const struct tracker_state *state,
+		   uint32_t label);
 
 /* Takes away the names that another label without a point could claim nearly as well, and those
  * that could as well be elsewhere; fills the margins. */

@@ -13,10 +13,15 @@
 #define BETWEEN_M 0.001
 #define CLEAR_M 0.0025 /* before they hold names, also within this */
 #define REST_SHARE 0.4 /* of the distance to the next marker: so far from rest, and its own way */
-#define CLEAR_SHARE                                                                             \
-	0.3            /* a new name lies where the neighbours say, by its distance to the next \
-			*/
-#define SURE_SIGMA 2.5 /* from there to the next marker */
+#define CLEAR_SHARE                                                                               \
+	0.3              /* a new name lies where the neighbours say, by its distance to the next \
+			  */
+#define SURE_SIGMA 2.5   /* from there to the next marker */
+#define TOLD_MARGIN 12.0 /* the whole face tells a name: in squared sigmas */
+#define TOLD_SIGMA 3.5
+#define TOLD_SHARE 0.12 /* of the distance to the next marker */
+#define RIVAL_M 0.001
+#define TOLD_AFTER_S 2.0 /* of watching it */
 #define HELD_S 0.3
 #define HOLDING_MIN 3
 #define HINT_SHARE 1.2 /* a point that nobody explains tells of a shift when this near */
@@ -178,6 +183,39 @@ static bool neighbours_hold(const struct labelling *l, const struct tracker_stat
 			   state->labels[other].named_s > HELD_S;
 	}
 	return holding >= HOLDING_MIN;
+}
+
+/* A label without a point could be meant by this one. */
+static bool has_rival(const struct labelling *l, const struct tracker_state *state, uint32_t label)
+{
+	const struct frame_state *f = &state->frames[state->labels[label].frame];
+	struct vec3 seen_m = l->seen_m[label];
+
+	for (int i = f->label_first; i < f->label_end; i++) {
+		const struct prediction *p = &l->predictions.labels[i];
+
+		if (l->assign.column_of_row[i] == ASSIGN_NONE &&
+		    state->labels[i].kind == LABEL_SKIN &&
+		    vec3_distance(p->local_m, seen_m) < RIVAL_M + TOLD_SIGMA * p->sigma_m)
+			return true;
+	}
+	return false;
+}
+
+bool label_is_told(const struct labelling *l, const struct tracker_state *state, uint32_t label)
+{
+	const struct label_state *own = &state->labels[label];
+	const struct expression *face = &l->expressions[own->actor];
+	struct vec3 told_m;
+	double sigma_m;
+
+	if (own->kind != LABEL_SKIN || !face->known || l->margin[label] < TOLD_MARGIN ||
+	    state->expressions[own->actor].learned_s < TOLD_AFTER_S)
+		return false;
+	expression_told(state, face, label, &told_m, &sigma_m);
+	double off_m = vec3_distance(told_m, l->seen_m[label]);
+	return off_m < TOLD_SIGMA * sigma_m && off_m < TOLD_SHARE * own->spacing_m &&
+	       own->spacing_m - off_m > SURE_SIGMA * sigma_m && !has_rival(l, state, label);
 }
 
 bool label_is_clear(const struct labelling *l, const struct tracker_state *state, uint32_t label)

@@ -12,9 +12,9 @@
 #define STEADY_ALONE_S 1.0 /* ... and this long where not all of its neighbours have names */
 #define KNOWN_S 0.5        /* a name lost for less is not one from nothing */
 #define AT_REST_M 0.002
-#define AT_REST_SHARE 0.25 /* of the distance to the next marker */
-#define STRANGE_MAX 12     /* shots in a row against the neighbours until a name is taken back */
-#define STRANGE_M 0.003    /* disagreement beyond this and a share of the spacing is strange */
+#define AT_REST_SHARE 0.25  /* of the distance to the next marker */
+#define STRANGE_MAX 12      /* shots in a row against the neighbours until a name is taken back */
+#define STRANGE_M 0.003     /* disagreement beyond this and a share of the spacing is strange */
 #define LEARNED_AFTER_S 0.1 /* a younger name teaches nothing */
 #define FOLLOW_ACCELERATION_M_S2 25.0
 #define FOLLOW_GAP_MAX_S 0.05
@@ -51,6 +51,8 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 			bool jumped, int64_t now_ns)
 {
 	struct label_state *label = &state->labels[i];
+	if (point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_told(l, state, i))
+		return true;
 	bool clear =
 		point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_clear(l, state, i);
 
@@ -201,7 +203,8 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 
 /* Only what three cameras saw teaches anything. */
 static void learn_motion(struct tracker_state *state, const struct labelling *l,
-			 const struct point *points, const bool *anchored, double dt_s)
+			 const struct point *points, const bool *anchored, int64_t now_ns,
+			 double dt_s)
 {
 	bool sure[LABEL_MAX];
 
@@ -213,7 +216,8 @@ static void learn_motion(struct tracker_state *state, const struct labelling *l,
 			  state->labels[i].named_s > LEARNED_AFTER_S;
 	for (uint32_t a = 0; a < state->actor_count; a++)
 		if (l->found[a] && anchored[a])
-			expression_learn(state, (int)a, dt_s, sure, l->seen_m);
+			expression_learn(state, (int)a, &l->expressions[a], now_ns, dt_s, sure,
+					 l->seen_m);
 }
 
 void remember_labels(struct labelling *l, struct tracker_state *state, struct point *points,
@@ -235,6 +239,6 @@ void remember_labels(struct labelling *l, struct tracker_state *state, struct po
 		else
 			state->labels[i].steady_since_ns = 0;
 	fill_learn(state, l, points, now_ns);
-	learn_motion(state, l, points, anchored, dt_s);
+	learn_motion(state, l, points, anchored, now_ns, dt_s);
 	wear_learn(state, l, points, anchored, dt_s);
 }

@@ -119,13 +119,16 @@ struct face_state {
 struct expression_row {
 	float shift_mm[3][PATTERN_MAX]; /* per unit of each pattern; from the layout's place */
 	float square[PATTERN_MAX][PATTERN_MAX], product[3][PATTERN_MAX];
-	float off_mm2; /* mean square of what the patterns leave, per axis */
+	float off_mm2;   /* mean square of what the patterns leave, per axis */
+	float worst_mm2; /* the same, when it was much */
 	float learned_s;
 };
 
 struct expression_state {
 	int32_t count;             /* of patterns */
 	double power[PATTERN_MAX]; /* mean square of how much there was of each */
+	double amount[PATTERN_MAX], variance[PATTERN_MAX]; /* in the last shot that told */
+	int64_t seen_ns;                                   /* when that was */
 	double learned_s, since_learned_s, since_new_s;
 	uint32_t turn; /* the row that is solved next */
 };

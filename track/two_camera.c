@@ -8,6 +8,7 @@
 #define TWO_CAMERA_MAX_M 0.005
 #define TWO_CAMERA_SHARE 0.45     /* ... of the distance to the next marker */
 #define TWO_CAMERA_SIGMA_M 0.0025 /* who is expected more vaguely needs three */
+#define FACE_SIGMA 3.0            /* ... and no farther from where the whole face has it */
 #define NEW_VIEW_M 0.0005         /* ... and where another camera joins in */
 
 /* It must stay where the neighbours tell, as it did when three cameras saw it. */
@@ -25,6 +26,12 @@ static bool fits(const struct labelling *l, const struct tracker_state *state, u
 	if ((point->fix.used_mask & ~label->camera_mask) &&
 	    pull_m > NEW_VIEW_M + 3 * fix_noise_m(&point->fix))
 		return false;
+	if (l->expressions[label->actor].known) {
+		expression_told(state, &l->expressions[label->actor], i, &told_m, &sigma_m);
+		if (vec3_distance(told_m, local_m) >
+		    FACE_SIGMA * (sigma_m + fix_noise_m(&point->fix)))
+			return false;
+	}
 	predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m);
 	told_m = vec3_add(told_m, label->offset_m);
 	if (label->rest_variance_m2 < sigma_m * sigma_m) {

@@ -1,8 +1,8 @@
 /*
  * Where names are lost: plays a scene at blob level and tells of each stretch of shots in which a
  * marker that three cameras see has no name, or a wrong one, how it began.
- * scene_losses [scene] [seed] [seconds] [speed_m_s] [cameras] [rate_hz] [optics]; LOSSES_VERBOSE=1 lists
- * each.
+ * scene_losses [scene] [seed] [seconds] [speed_m_s] [cameras] [rate_hz] [optics]; LOSSES_VERBOSE=1
+ * lists each.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,12 +20,12 @@ enum cause {
 	CAUSE_COUNT
 };
 
-static const char *const CAUSES[CAUSE_COUNT] = {"start",    "back",	"no point",
-						"near", "withheld", "wrong"};
+static const char *const CAUSES[CAUSE_COUNT] = {"start", "back",     "no point",
+						"near",  "withheld", "wrong"};
 
 struct stretch {
 	bool lost, ever;
-	uint64_t from, hidden; /* shots hidden before */
+	uint64_t from, hidden, hidden_before; /* shots */
 	enum cause cause;
 	double off_m; /* of the prediction when it began */
 	int with_point, wrong;
@@ -74,9 +74,10 @@ static void end_stretch(const struct sim_play *stage, struct stretch *s, uint32_
 	tally->stretches[s->cause]++;
 	tally->shots[s->cause] += shots;
 	if (getenv("LOSSES_VERBOSE"))
-		printf("%-16s from %lu for %lu: %s, hidden %lu, off %.2f mm, with a point %d, wrong %d\n",
+		printf("%-16s from %lu for %lu: %s, hidden %lu, off %.2f mm, with a point %d, "
+		       "wrong %d\n",
 		       sim_scene_layout(stage->scene)->markers[i].name, (unsigned long)s->from,
-		       (unsigned long)shots, CAUSES[s->cause], (unsigned long)s->hidden,
+		       (unsigned long)shots, CAUSES[s->cause], (unsigned long)s->hidden_before,
 		       1e3 * s->off_m, s->with_point, s->wrong);
 }
 
@@ -103,7 +104,8 @@ static void look(const struct sim_play *stage, struct stretch *s, uint32_t i, st
 	bool seen = __builtin_popcount(own->visible_mask & ~stage->set.missing_mask) >= 3;
 
 	tally->seen3 += seen;
-	if (m->status == MARKER_PREDICTED && own->worn && __builtin_popcount(own->visible_mask) < 2) {
+	if (m->status == MARKER_PREDICTED && own->worn &&
+	    __builtin_popcount(own->visible_mask) < 2) {
 		double e_m = vec3_distance(m->p_stage_m, own->p_stage_m);
 
 		if (getenv("LOSSES_HIDDEN"))
@@ -116,11 +118,12 @@ static void look(const struct sim_play *stage, struct stretch *s, uint32_t i, st
 		tally->inside += e_m * e_m < 7.815 * m->cov_m2[0];
 	}
 	if (named && !right && !s->lost) {
-		*s = (struct stretch){.lost = true, .ever = s->ever, .from = shot, .hidden = s->hidden};
+		s->from = shot, s->lost = true, s->with_point = s->wrong = 0;
 		s->cause = CAUSE_WRONG;
 	}
 	if (seen && !right && !s->lost) {
 		s->lost = true;
+		s->hidden_before = s->hidden;
 		s->from = shot;
 		s->cause = cause_of(stage, s, i);
 		s->off_m = vec3_distance(m->p_stage_m, own->p_stage_m);
