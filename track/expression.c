@@ -5,6 +5,8 @@
 
 #include <string.h>
 
+_Static_assert(PATTERN_MAX == 16, "four times four");
+
 #define MM 1e-3
 #define LEARN_EVERY_S 0.024
 #define FADE_S 20.0
@@ -13,8 +15,8 @@
 #define OFF_PRIOR_MM 2.0f
 #define OUTLIER2 16.0f /* squared sigmas from which a marker loses its weight */
 #define KEEP_S 0.02f   /* a row stays as it is until it has been watched for longer */
-#define VAGUE_MM 1.0   /* what a row is off by, for each ... */
-#define SAMPLE_S 0.1   /* ... of the samples that it was learned from */
+#define VAGUE_MM2 1.0f /* what a row is off by, squared, for each ... */
+#define SAMPLE_S 0.1f  /* ... of the samples that it was learned from */
 #define JAW_RAD 0.3    /* of one unit of the first pattern */
 #define JAW_S 0.02f    /* what it is worth */
 #define NEW_MM 1.5f    /* a marker is off by so much: there is another pattern ... */
@@ -80,20 +82,17 @@ struct equations {
 	float h[PATTERN_MAX][PATTERN_MAX], g[PATTERN_MAX];
 };
 
-/* Adds a multiple of u u' to the lower triangle of a square, and somewhat more, in whole fours. */
-static void add_square(float (*restrict square)[PATTERN_MAX], const float *restrict u, float scale)
+/* Four rows of the lower triangle, in whole fours. */
+static inline void add_square(float (*restrict h)[PATTERN_MAX], const float *restrict u,
+			      float weight, int first, int end)
 {
-	for (int first = 0; first < PATTERN_MAX; first += 4)
-		for (int j = first; j < first + 4; j++) {
-			float share = scale * u[j];
-
-			for (int k = 0; k < first + 4; k++)
-				square[j][k] += share * u[k];
-		}
+	for (int j = first; j < first + 4; j++)
+		for (int k = 0; k < end; k++)
+			h[j][k] += weight * u[j] * u[k];
 }
 
-static void add_row(struct equations *q, const struct expression_row *row, const float d[3],
-		    float weight)
+static void add_row(struct equations *restrict q, const struct expression_row *row,
+		    const float d[3], float weight)
 {
 	for (int c = 0; c < 3; c++) {
 		const float *u = row->shift_mm[c];
@@ -101,7 +100,10 @@ static void add_row(struct equations *q, const struct expression_row *row, const
 
 		for (int k = 0; k < PATTERN_MAX; k++)
 			q->g[k] += own * u[k];
-		add_square(q->h, u, weight);
+		add_square(q->h, u, weight, 0, 4);
+		add_square(q->h, u, weight, 4, 8);
+		add_square(q->h, u, weight, 8, 12);
+		add_square(q->h, u, weight, 12, 16);
 	}
 }
 
@@ -151,19 +153,35 @@ static void expect(const struct expression_state *x, double age_s, struct equati
 	}
 }
 
+/* Rows of the inverse of the factor, turned about. */
+static void spread_of(const double factor[PATTERN_MAX][PATTERN_MAX], int count,
+		      float spread[PATTERN_MAX][PATTERN_MAX])
+{
+	memset(spread, 0, PATTERN_MAX * sizeof(spread[0]));
+	for (int k = 1; k < count; k++) {
+		double column[PATTERN_MAX] = {0};
+
+		column[k] = 1;
+		solve_lower(factor, k, count, column);
+		for (int i = k; i < count; i++)
+			spread[k][i] = (float)column[i];
+	}
+}
+
 static void solve(const struct expression_state *x, const struct equations *q,
 		  struct expression *out)
 {
-	double b[PATTERN_MAX];
+	double factor[PATTERN_MAX][PATTERN_MAX], b[PATTERN_MAX];
 
 	for (int i = 1; i < x->count; i++) {
 		for (int j = 1; j <= i; j++)
-			out->factor[i][j] = q->h[i][j];
+			factor[i][j] = q->h[i][j];
 		b[i] = q->g[i];
 	}
-	factorise(out->factor, 1, x->count);
-	solve_lower(out->factor, 1, x->count, b);
-	solve_upper(out->factor, 1, x->count, b);
+	factorise(factor, 1, x->count);
+	solve_lower(factor, 1, x->count, b);
+	solve_upper(factor, 1, x->count, b);
+	spread_of(factor, x->count, out->spread);
 	memset(out->amount, 0, sizeof(out->amount));
 	out->amount[0] = 1;
 	for (int i = 1; i < x->count; i++)
@@ -221,29 +239,59 @@ void expression_solve(const struct tracker_state *state, int actor, int64_t now_
 		solve(x, &q, out);
 }
 
-void expression_told(const struct tracker_state *state, const struct expression *expression,
-		     uint32_t label, struct vec3 *told_m, double *sigma_m)
+static float sum_of_squares(const float *v)
 {
-	const struct expression_row *row = &state->rows[label];
-	double variance_mm2 = row->worst_mm2, p[3], u[PATTERN_MAX];
+	float sum = 0;
+
+	for (int k = 0; k < PATTERN_MAX; k++)
+		sum += v[k] * v[k];
+	return sum;
+}
+
+/* Of a row, by that of the amounts, per axis. */
+static float variance_mm2(const struct expression_row *row,
+			  const float (*restrict spread)[PATTERN_MAX])
+{
+	float sum = 0;
 
 	for (int c = 0; c < 3; c++) {
-		p[c] = 0;
-		for (int k = 0; k < expression->count; k++)
-			p[c] += (double)row->shift_mm[c][k] * expression->amount[k];
-		for (int k = 1; k < expression->count; k++)
-			u[k] = row->shift_mm[c][k];
-		solve_lower(expression->factor, 1, expression->count, u);
-		for (int k = 1; k < expression->count; k++)
-			variance_mm2 += u[k] * u[k] / 3;
+		float w[PATTERN_MAX] = {0};
+
+		for (int j = 1; j < PATTERN_MAX; j++)
+			for (int k = 0; k < PATTERN_MAX; k++)
+				w[k] += row->shift_mm[c][j] * spread[j][k];
+		sum += sum_of_squares(w);
 	}
+	return sum / 3;
+}
+
+static struct told tell_row(const struct expression_row *row, const struct expression *expression,
+			    struct vec3 master_m)
+{
+	const float *amount = expression->amount, none[3] = {0};
+	float variance = row->worst_mm2 + variance_mm2(row, expression->spread), off[3];
+
 	for (int k = 0; k < expression->count; k++)
-		variance_mm2 += SAMPLE_S * (row->worst_mm2 + VAGUE_MM * VAGUE_MM) *
-				expression->amount[k] * expression->amount[k] /
-				(row->square[k][k] + KEEP_S);
-	*told_m = vec3_add(state->labels[label].master_m,
-			   vec3_scale((struct vec3){p[0], p[1], p[2]}, MM));
-	*sigma_m = MM * sqrt(variance_mm2);
+		variance += SAMPLE_S * (row->worst_mm2 + VAGUE_MM2) * amount[k] * amount[k] /
+			    (row->square[k][k] + KEEP_S);
+	row_off_mm(row, amount, none, off);
+	return (struct told){
+		true, vec3_sub(master_m, vec3_scale((struct vec3){off[0], off[1], off[2]}, MM)),
+		MM * sqrt(variance)};
+}
+
+void expression_tell(const struct tracker_state *state, int actor,
+		     const struct expression *expression, const bool *tells, struct told *out)
+{
+	const struct frame_state *f = &state->frames[actor];
+
+	for (int i = f->label_first; i < f->label_end; i++) {
+		if (!is_skin(state, i, actor))
+			continue;
+		out[i].known = false;
+		if (expression->known && !tells[i])
+			out[i] = tell_row(&state->rows[i], expression, state->labels[i].master_m);
+	}
 }
 
 static double follow_mean(double mean, double now, double dt_s, double learned_s)
@@ -256,22 +304,13 @@ static double follow_mean(double mean, double now, double dt_s, double learned_s
 /* Mean of the products of the amounts, over what they may be. */
 static void mean_square(const struct expression *now, float square[PATTERN_MAX][PATTERN_MAX])
 {
-	double inverse[PATTERN_MAX][PATTERN_MAX];
+	for (int j = 0; j < PATTERN_MAX; j++)
+		for (int k = 0; k <= j; k++) {
+			float sum = now->amount[j] * now->amount[k];
 
-	for (int k = 0; k < now->count; k++) {
-		memset(inverse[k], 0, sizeof(inverse[k]));
-		inverse[k][k] = k > 0;
-		if (k > 0)
-			solve_lower(now->factor, 1, now->count, inverse[k]);
-	}
-	memset(square, 0, PATTERN_MAX * sizeof(square[0]));
-	for (int j = 0; j < now->count; j++)
-		for (int k = 0; k < now->count; k++) {
-			double sum = (double)now->amount[j] * now->amount[k];
-
-			for (int i = 1; i < now->count; i++)
-				sum += inverse[j][i] * inverse[k][i];
-			square[j][k] = (float)sum;
+			for (int i = j; i < PATTERN_MAX; i++)
+				sum += now->spread[j][i] * now->spread[k][i];
+			square[j][k] = square[k][j] = sum;
 		}
 }
 
@@ -432,14 +471,8 @@ static void follow(struct expression_state *x, const struct expression *now, int
 {
 	x->seen_ns = now_ns;
 	for (int k = 1; k < now->count; k++) {
-		double column[PATTERN_MAX] = {0};
-
-		column[k] = 1;
-		solve_lower(now->factor, k, now->count, column);
 		x->amount[k] = now->amount[k];
-		x->variance[k] = 0;
-		for (int i = k; i < now->count; i++)
-			x->variance[k] += column[i] * column[i];
+		x->variance[k] = sum_of_squares(now->spread[k]);
 	}
 }
 

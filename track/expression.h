@@ -15,8 +15,9 @@
 struct expression {
 	bool known;
 	int count;
-	float amount[PATTERN_MAX];               /* the first is 1 */
-	double factor[PATTERN_MAX][PATTERN_MAX]; /* Cholesky, of the inverse covariance */
+	float amount[PATTERN_MAX];              /* the first is 1 */
+	float spread[PATTERN_MAX][PATTERN_MAX]; /* covariance: of two patterns, the product of their
+						   rows */
 };
 
 /* What an opening jaw does is known before anything is seen. */
@@ -27,9 +28,16 @@ void expression_init(struct tracker_state *state, int actor);
 void expression_solve(const struct tracker_state *state, int actor, int64_t now_ns,
 		      const bool *tells, const struct vec3 *seen_m, struct expression *out);
 
-/* Where it has a marker of the actor's skin, and how sure that is, per axis. */
-void expression_told(const struct tracker_state *state, const struct expression *expression,
-		     uint32_t label, struct vec3 *told_m, double *sigma_m);
+/* Where a face has a marker that does not tell itself. */
+struct told {
+	bool known;
+	struct vec3 local_m; /* in the head */
+	double sigma_m;      /* per axis */
+};
+
+/* Fills those of the actor's labels; known: skin, not in `tells`. */
+void expression_tell(const struct tracker_state *state, int actor,
+		     const struct expression *expression, const bool *tells, struct told *out);
 
 /* Learns from the markers in `sure` how they lie when the face does what `now` says; once in a
  * while suffices, so that many calls do little. */

@@ -186,21 +186,14 @@ static double hidden_variance_m2(const struct label_state *label, double age_s)
 }
 
 /* Where the whole face tells better, it does. */
-static double take_face(const struct tracker_state *state, const struct labelling *l, uint32_t i,
-			double variance_m2, struct filled *filled)
+static double take_face(const struct told *told, double variance_m2, struct filled *filled)
 {
-	const struct expression *face = &l->expressions[state->labels[i].actor];
-	struct vec3 told_m;
-	double sigma_m;
+	double its_m2 = FACE_ERRS * FACE_ERRS * told->sigma_m * told->sigma_m;
 
-	if (!face->known)
+	if (!told->known || its_m2 >= variance_m2)
 		return variance_m2;
-	expression_told(state, face, i, &told_m, &sigma_m);
-	sigma_m *= FACE_ERRS;
-	if (sigma_m * sigma_m >= variance_m2)
-		return variance_m2;
-	filled->local_m = told_m;
-	return sigma_m * sigma_m;
+	filled->local_m = told->local_m;
+	return its_m2;
 }
 
 static struct filled place_skin(const struct tracker_state *state, const struct labelling *l,
@@ -215,7 +208,7 @@ static struct filled place_skin(const struct tracker_state *state, const struct 
 	double ratio = fmax(1 + (double)label->fill_over1[age_bin(age_s)], RATIO_MIN);
 	ratio += UNKNOWN_RATIO * exp(-label->learned_s / UNKNOWN_S);
 	double variance_m2 = ratio * filled.sigma_m * filled.sigma_m;
-	variance_m2 = take_face(state, l, i, variance_m2, &filled);
+	variance_m2 = take_face(&l->told[i], variance_m2, &filled);
 	if (label->absent_s > 0 || is_expected(l, points, label))
 		variance_m2 += hidden_variance_m2(label, age_s);
 	filled.sigma_m = fmin(fmax(sqrt(variance_m2), START_SIGMA_M), SIGMA_MAX_M);

@@ -14,6 +14,7 @@
 #define PASSES 2
 #define PASSES_FRESH 6
 #define SIGMA_UNIT_M 0.0005
+#define READ_AGAIN 4
 #define TELLS_S 0.1    /* a younger name says nothing of others */
 #define GHOST_COST 9.0 /* three sigmas: of a known light rather than a marker */
 
@@ -118,24 +119,38 @@ static bool any_fresh(const struct labelling *l, const struct tracker_state *sta
 	return false;
 }
 
-/* What is known of a face by those of its markers that had their names a moment ago. */
+static void read_expression(struct labelling *l, const struct tracker_state *state, int actor,
+			    int64_t now_ns)
+{
+	if (l->found[actor])
+		expression_solve(state, actor, now_ns, l->tells, l->seen_m, &l->expressions[actor]);
+	else
+		l->expressions[actor].known = false;
+	expression_tell(state, actor, &l->expressions[actor], l->tells, l->told);
+}
+
+/* What is known of the faces by those of their markers that had their names in the last shot; read
+ * again where many more have them, or less. */
 static void read_expressions(struct labelling *l, const struct tracker_state *state, int64_t now_ns,
 			     bool first)
 {
-	bool tells[LABEL_MAX], changed[ACTOR_MAX] = {false};
+	bool tells[LABEL_MAX];
+	int changed[ACTOR_MAX] = {0};
 
 	for (uint32_t i = 0; i < state->label_count; i++) {
 		tells[i] = l->seen[i] && l->motion.labels[i].recent &&
+			   state->labels[i].seen_ns == state->mid_exposure_ns &&
 			   state->labels[i].named_s > TELLS_S;
-		changed[state->labels[i].actor] |= tells[i] != l->tells[i];
-		l->tells[i] = tells[i];
+		changed[state->labels[i].actor] += tells[i] != l->tells[i];
 	}
 	for (uint32_t a = 0; a < state->actor_count; a++) {
-		if (first)
-			l->expressions[a].known = false;
-		if (l->found[a] && (first || changed[a]))
-			expression_solve(state, (int)a, now_ns, tells, l->seen_m,
-					 &l->expressions[a]);
+		const struct frame_state *f = &state->frames[a];
+
+		if (!first && changed[a] < READ_AGAIN)
+			continue;
+		for (int i = f->label_first; i < f->label_end; i++)
+			l->tells[i] = tells[i];
+		read_expression(l, state, (int)a, now_ns);
 	}
 }
 
@@ -157,8 +172,8 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 	note_places(l, state, points);
 	for (int pass = 0; pass < passes; pass++) {
 		read_expressions(l, state, now_ns, pass == 0);
-		predict_from_neighbours(state, now_ns, &l->motion, l->seen, l->seen_m,
-					l->expressions, &l->predictions);
+		predict_from_neighbours(state, now_ns, &l->motion, l->seen, l->seen_m, l->told,
+					&l->predictions);
 		fill_edges(l, state, &l->predictions, false);
 		assign_solve(&l->assign);
 		bool settled = !fresh && answer_stands(l);

@@ -26,6 +26,7 @@ struct labelling {
 	struct assign assign;                     /* rows are labels, columns points */
 	struct expression expressions[ACTOR_MAX]; /* by those with a name a moment ago */
 	bool tells[LABEL_MAX];                    /* these */
+	struct told told[LABEL_MAX];              /* and what that says of the others */
 	struct predictions predictions;           /* with the neighbours' word */
 	struct vec3 expected_m[LABEL_MAX]; /* the same in the stage, where the frame is found */
 	struct nearby nearby; /* the points that may have a name: three or more views */

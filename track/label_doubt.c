@@ -205,17 +205,14 @@ static bool has_rival(const struct labelling *l, const struct tracker_state *sta
 bool label_is_told(const struct labelling *l, const struct tracker_state *state, uint32_t label)
 {
 	const struct label_state *own = &state->labels[label];
-	const struct expression *face = &l->expressions[own->actor];
-	struct vec3 told_m;
-	double sigma_m;
+	const struct told *told = &l->told[label];
 
-	if (own->kind != LABEL_SKIN || !face->known || l->margin[label] < TOLD_MARGIN ||
+	if (own->kind != LABEL_SKIN || !told->known || l->margin[label] < TOLD_MARGIN ||
 	    state->expressions[own->actor].learned_s < TOLD_AFTER_S)
 		return false;
-	expression_told(state, face, label, &told_m, &sigma_m);
-	double off_m = vec3_distance(told_m, l->seen_m[label]);
-	return off_m < TOLD_SIGMA * sigma_m && off_m < TOLD_SHARE * own->spacing_m &&
-	       own->spacing_m - off_m > SURE_SIGMA * sigma_m && !has_rival(l, state, label);
+	double off_m = vec3_distance(told->local_m, l->seen_m[label]);
+	return off_m < TOLD_SIGMA * told->sigma_m && off_m < TOLD_SHARE * own->spacing_m &&
+	       own->spacing_m - off_m > SURE_SIGMA * told->sigma_m && !has_rival(l, state, label);
 }
 
 bool label_is_clear(const struct labelling *l, const struct tracker_state *state, uint32_t label)

@@ -300,25 +300,18 @@ static struct prediction refine_recent(const struct label_state *label,
 }
 
 /* Where the whole face tells better than that, it does. */
-static void take_better(const struct tracker_state *state, const struct expression *expression,
-			const struct label_state *label, struct prediction *p)
+static void take_better(const struct told *told, struct prediction *p)
 {
-	struct vec3 told_m;
-	double sigma_m;
-
-	if (!expression->known || label->kind != LABEL_SKIN)
-		return;
-	expression_told(state, expression, (uint32_t)(label - state->labels), &told_m, &sigma_m);
-	if (sigma_m < p->sigma_m) {
-		p->local_m = told_m;
-		p->sigma_m = sigma_m;
+	if (told->known && told->sigma_m < p->sigma_m) {
+		p->local_m = told->local_m;
+		p->sigma_m = told->sigma_m;
 	}
 }
 
 static struct prediction fill_stale(const struct tracker_state *state,
 				    const struct label_state *label, int64_t now_ns,
 				    const bool *seen, const struct vec3 *seen_m,
-				    const struct expression *expression)
+				    const struct told *told)
 {
 	struct prediction filled = {.recent = false};
 	double fade = 0;
@@ -329,14 +322,14 @@ static struct prediction fill_stale(const struct tracker_state *state,
 	if (label->confirmed)
 		fade = exp(-(double)(now_ns - label->seen_ns) * 1e-9 / OFFSET_FADE_S);
 	filled.local_m = vec3_add(filled.local_m, vec3_scale(label->offset_m, fade));
-	take_better(state, expression, label, &filled);
+	take_better(told, &filled);
 	filled.sigma_m = fmax(filled.sigma_m, SIGMA_MIN_M);
 	return filled;
 }
 
 void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 			     const struct predictions *motion, const bool *seen,
-			     const struct vec3 *seen_m, const struct expression *expressions,
+			     const struct vec3 *seen_m, const struct told *told,
 			     struct predictions *out)
 {
 	out->count = motion->count;
@@ -348,11 +341,9 @@ void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 			out->labels[i] =
 				refine_recent(label, motion, motion->labels[i], seen, seen_m);
 			if (label->seen_ns < state->mid_exposure_ns)
-				take_better(state, &expressions[label->actor], label,
-					    &out->labels[i]);
+				take_better(&told[i], &out->labels[i]);
 		} else {
-			out->labels[i] = fill_stale(state, label, now_ns, seen, seen_m,
-						    &expressions[label->actor]);
+			out->labels[i] = fill_stale(state, label, now_ns, seen, seen_m, &told[i]);
 		}
 	}
 }

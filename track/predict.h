@@ -32,11 +32,11 @@ bool predict_opposes(const char *group, const char *other);
 /* Own motion only. */
 void predict_motion(const struct tracker_state *state, int64_t now_ns, struct predictions *out);
 
-/* The same, moved by what the neighbours did: `seen_m[k]` is where label k is now, valid where
- * seen[k]. */
+/* The same, moved by what the neighbours did, or by what the whole face has `told`: `seen_m[k]` is
+ * where label k is now, valid where seen[k]. */
 void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 			     const struct predictions *motion, const bool *seen,
-			     const struct vec3 *seen_m, const struct expression *expressions,
+			     const struct vec3 *seen_m, const struct told *told,
 			     struct predictions *out);
 
 /* Where the neighbours tell that a label is, and how sure that is. Returns how many spoke. */

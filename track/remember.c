@@ -188,7 +188,9 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 		label->steady_since_ns = 0;
 	}
 	struct point *point = &points[l->point_of_label[i]];
-	bool followed = is_followed(l, label, i, now_ns);
+	/* two cameras may agree on something else: they regain nothing */
+	bool followed = is_followed(l, label, i, now_ns) &&
+			(point->fix.used_count >= 3 || was_just_seen(label, now_ns));
 	if (!followed && !may_confirm(state, l, leftovers, point, i, jumped, now_ns))
 		return;
 	if (point->fix.used_count >= 3) {

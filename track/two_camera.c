@@ -26,12 +26,10 @@ static bool fits(const struct labelling *l, const struct tracker_state *state, u
 	if ((point->fix.used_mask & ~label->camera_mask) &&
 	    pull_m > NEW_VIEW_M + 3 * fix_noise_m(&point->fix))
 		return false;
-	if (l->expressions[label->actor].known) {
-		expression_told(state, &l->expressions[label->actor], i, &told_m, &sigma_m);
-		if (vec3_distance(told_m, local_m) >
-		    FACE_SIGMA * (sigma_m + fix_noise_m(&point->fix)))
-			return false;
-	}
+	if (l->told[i].known &&
+	    vec3_distance(l->told[i].local_m, local_m) >
+		    FACE_SIGMA * (l->told[i].sigma_m + fix_noise_m(&point->fix)))
+		return false;
 	predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m);
 	told_m = vec3_add(told_m, label->offset_m);
 	if (label->rest_variance_m2 < sigma_m * sigma_m) {
