@@ -14,6 +14,7 @@ _Static_assert(PATTERN_MAX == 16, "four times four");
 #define OFF_MIN_MM 0.15f /* of a row: no marker tells better */
 #define OFF_PRIOR_MM 2.0f
 #define OUTLIER2 16.0f /* squared sigmas from which a marker loses its weight */
+#define ROUNDS 4
 #define KEEP_S 0.02f   /* a row stays as it is until it has been watched for longer */
 #define VAGUE_MM2 1.0f /* what a row is off by, squared, for each ... */
 #define SAMPLE_S 0.1f  /* ... of the samples that it was learned from */
@@ -188,9 +189,19 @@ static void solve(const struct expression_state *x, const struct equations *q,
 		out->amount[i] = (float)b[i];
 }
 
-/* A name may be wrong: what lies far off counts less, and is then farther off. */
+/* Of a marker that lies so far off: the name of one far off may be wrong. */
+static float weight_of(const struct expression_row *row, const float off[3])
+{
+	float off2 = (off[0] * off[0] + off[1] * off[1] + off[2] * off[2]) / row->off_mm2;
+	float share = off2 > OUTLIER2 ? OUTLIER2 / off2 : 1;
+
+	return share * share / row->off_mm2;
+}
+
+/* Where that changes a weight. False when it changes none. */
 static bool reweigh(const struct tracker_state *state, int actor, const bool *tells,
-		    const struct vec3 *seen_m, const float *amount, struct equations *q)
+		    const struct vec3 *seen_m, const float *amount, float *weights,
+		    struct equations *q)
 {
 	const struct frame_state *f = &state->frames[actor];
 	bool any = false;
@@ -203,10 +214,11 @@ static bool reweigh(const struct tracker_state *state, int actor, const bool *te
 			continue;
 		displacement_mm(&state->labels[i], seen_m[i], d);
 		row_off_mm(row, amount, d, off);
-		float off_mm2 = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
-		if (off_mm2 < OUTLIER2 * row->off_mm2)
+		float weight = weight_of(row, off);
+		if (weight == weights[i])
 			continue;
-		add_row(q, row, d, (OUTLIER2 / off_mm2 - 1 / row->off_mm2) * 0.9f);
+		add_row(q, row, d, weight - weights[i]);
+		weights[i] = weight;
 		any = true;
 	}
 	return any;
@@ -217,17 +229,17 @@ void expression_solve(const struct tracker_state *state, int actor, int64_t now_
 {
 	const struct expression_state *x = &state->expressions[actor];
 	const struct frame_state *f = &state->frames[actor];
+	float weights[LABEL_MAX], d[3];
 	struct equations q;
 	int count = 0;
 
 	expect(x, (double)(now_ns - x->seen_ns) * 1e-9, &q);
 	for (int i = f->label_first; i < f->label_end; i++) {
-		float d[3];
-
 		if (!tells[i] || !is_skin(state, i, actor))
 			continue;
+		weights[i] = 1 / state->rows[i].off_mm2;
 		displacement_mm(&state->labels[i], seen_m[i], d);
-		add_row(&q, &state->rows[i], d, 1 / state->rows[i].off_mm2);
+		add_row(&q, &state->rows[i], d, weights[i]);
 		count++;
 	}
 	out->known = count >= TELLS_MIN;
@@ -235,8 +247,11 @@ void expression_solve(const struct tracker_state *state, int actor, int64_t now_
 	if (!out->known)
 		return;
 	solve(x, &q, out);
-	if (reweigh(state, actor, tells, seen_m, out->amount, &q))
+	for (int round = 1; round < ROUNDS; round++) {
+		if (!reweigh(state, actor, tells, seen_m, out->amount, weights, &q))
+			return;
 		solve(x, &q, out);
+	}
 }
 
 static float sum_of_squares(const float *v)

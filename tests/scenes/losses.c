@@ -122,10 +122,10 @@ static void look(const struct sim_play *stage, struct stretch *s, uint32_t i, st
 		s->cause = CAUSE_WRONG;
 	}
 	if (named && __builtin_popcount(own->visible_mask) < 2 && getenv("LOSSES_HIDDEN"))
-		printf("unseen %lu %s cameras %x of %x off %.2f mm hidden %lu\n", (unsigned long)shot,
-		       sim_scene_layout(stage->scene)->markers[i].name, m->camera_mask,
-		       own->visible_mask, 1e3 * vec3_distance(m->p_stage_m, own->p_stage_m),
-		       (unsigned long)s->hidden);
+		printf("unseen %lu %s cameras %x of %x off %.2f mm hidden %lu\n",
+		       (unsigned long)shot, sim_scene_layout(stage->scene)->markers[i].name,
+		       m->camera_mask, own->visible_mask,
+		       1e3 * vec3_distance(m->p_stage_m, own->p_stage_m), (unsigned long)s->hidden);
 	if (seen && !right && !s->lost) {
 		s->lost = true;
 		s->hidden_before = s->hidden;
