@@ -13,6 +13,9 @@
 #define SEGMENT_GAP_S 0.15
 #define SEARCHES_PER_SHOT 3 /* for lost segments */
 #define DOUBT_EVERY_SHOTS 10
+#define FOLLOWED_S 0.5
+#define FOLLOWED_MIN 8
+#define FOLLOWED_SHARE 0.6
 #define DOUBT_M 0.006
 #define DOUBT_REACH_M 0.15
 #define EXPLAINED_M 0.006 /* a point this near to where a marker is expected is explained */
@@ -198,6 +201,22 @@ static bool sits_better_elsewhere(struct crowd *crowd, struct tracker_state *sta
 	return false;
 }
 
+/* Rigid markers have held the head before, and most of what is seen has kept its name since long:
+ * it was followed, and not settled on. */
+static bool is_followed(const struct tracker_state *state, const struct labelling *l, int frame)
+{
+	const struct frame_state *f = &state->frames[frame];
+	int seen = 0, old = 0;
+
+	for (int i = f->label_first; i < f->label_end; i++) {
+		if (!l->seen[i] || state->labels[i].frame != frame)
+			continue;
+		seen++;
+		old += state->labels[i].named_s > FOLLOWED_S;
+	}
+	return f->was_held && old >= FOLLOWED_MIN && old > FOLLOWED_SHARE * seen;
+}
+
 bool crowd_doubt(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
 		 const struct point *points, uint32_t point_count, int frame,
 		 const struct head *measured)
@@ -206,9 +225,10 @@ bool crowd_doubt(struct crowd *crowd, struct tracker_state *state, struct labell
 
 	if (measured->rigid_count >= 3) {
 		f->unheld_count = 0;
+		f->was_held = true;
 		return true;
 	}
-	if (++f->unheld_count % DOUBT_EVERY_SHOTS != 0)
+	if (++f->unheld_count % DOUBT_EVERY_SHOTS != 0 || is_followed(state, l, frame))
 		return true;
 	memset(crowd->taken, 0, sizeof(crowd->taken));
 	for (uint32_t a = 0; a < state->actor_count; a++)

@@ -26,7 +26,6 @@ _Static_assert(PATTERN_MAX == 16, "four times four");
 #define REPLACE_SHARE 0.25f /* a pattern that tells less than that of a new one gives way */
 #define ROWS_MIN 3
 #define ALL_ROWS_S 0.2
-#define POWER_MIN 0.05
 #define HOLD_S 0.15 /* an expression lasts */
 #define RISE_S 0.05
 #define FALL_S 10.0
@@ -51,7 +50,7 @@ void expression_init(struct tracker_state *state, int actor)
 
 	x->count = 2;
 	for (int k = 0; k < PATTERN_MAX; k++)
-		x->power[k] = x->variance[k] = 1;
+		x->variance[k] = 1;
 	for (int i = f->label_first; i < f->label_end; i++) {
 		struct expression_row *row = &state->rows[i];
 		struct vec3 u = vec3_scale(state->labels[i].jaw_m_rad, JAW_RAD / MM);
@@ -108,8 +107,8 @@ static void add_row(struct equations *restrict q, const struct expression_row *r
 	}
 }
 
-/* Lower triangle of rows and columns first .. count - 1. */
-static void factorise(double a[PATTERN_MAX][PATTERN_MAX], int first, int count)
+/* Lower triangle of rows and columns first .. count - 1; `least` is on the diagonal alone. */
+static void factorise(double a[PATTERN_MAX][PATTERN_MAX], int first, int count, double least)
 {
 	for (int i = first; i < count; i++)
 		for (int j = first; j <= i; j++) {
@@ -117,7 +116,7 @@ static void factorise(double a[PATTERN_MAX][PATTERN_MAX], int first, int count)
 
 			for (int k = first; k < j; k++)
 				sum -= a[i][k] * a[j][k];
-			a[i][j] = i == j ? sqrt(fmax(sum, 1e-9)) : sum / a[j][j];
+			a[i][j] = i == j ? sqrt(fmax(sum, least / 2)) : sum / a[j][j];
 		}
 }
 
@@ -147,7 +146,7 @@ static void expect(const struct expression_state *x, double age_s, struct equati
 
 	memset(q, 0, sizeof(*q));
 	for (int k = 1; k < x->count; k++) {
-		double variance = (1 - kept * kept) * x->power[k] + kept * kept * x->variance[k];
+		double variance = 1 - kept * kept + kept * kept * x->variance[k];
 
 		q->h[k][k] = (float)(1 / variance);
 		q->g[k] = (float)(kept * x->amount[k] / variance);
@@ -179,7 +178,7 @@ static void solve(const struct expression_state *x, const struct equations *q,
 			factor[i][j] = q->h[i][j];
 		b[i] = q->g[i];
 	}
-	factorise(factor, 1, x->count);
+	factorise(factor, 1, x->count, 1);
 	solve_lower(factor, 1, x->count, b);
 	solve_upper(factor, 1, x->count, b);
 	spread_of(factor, x->count, out->spread);
@@ -365,7 +364,7 @@ static void row_solve(struct expression_row *row, int count)
 			a[i][j] = row->square[i][j];
 		a[i][i] += KEEP_S;
 	}
-	factorise(a, 0, count);
+	factorise(a, 0, count, KEEP_S);
 	for (int c = 0; c < 3; c++) {
 		for (int k = 0; k < count; k++)
 			b[k] = row->product[c][k] + KEEP_S * row->shift_mm[c][k];
@@ -408,7 +407,7 @@ static float pattern_energy_mm2(const struct tracker_state *state, int actor, in
 	for (int i = f->label_first; i < f->label_end; i++)
 		for (int c = 0; c < 3; c++)
 			sum += state->rows[i].shift_mm[c][k] * state->rows[i].shift_mm[c][k];
-	return sum * (float)state->expressions[actor].power[k];
+	return sum;
 }
 
 /* Room for a new pattern: a free place, or that of one that tells little. 0: none. */
@@ -442,7 +441,7 @@ static void add_pattern(struct tracker_state *state, int actor, const bool *sure
 		return;
 	if (k == x->count)
 		x->count++;
-	x->power[k] = x->variance[k] = 1;
+	x->variance[k] = 1;
 	x->amount[k] = 0;
 	x->since_new_s = 0;
 	for (int i = f->label_first; i < f->label_end; i++) {
@@ -507,10 +506,6 @@ void expression_learn(struct tracker_state *state, int actor, const struct expre
 		return;
 	x->learned_s += x->since_learned_s;
 	mean_square(now, square);
-	for (int k = 1; k < x->count; k++)
-		x->power[k] = fmax(
-			follow_mean(x->power[k], square[k][k], x->since_learned_s, x->learned_s),
-			POWER_MIN);
 	learn_rows(state, actor, now, square, x->since_learned_s, sure, seen_m, &rest);
 	x->since_learned_s = 0;
 	if (rest.is_new && rest.off_count >= NEW_MARKERS && x->since_new_s > NEW_S)

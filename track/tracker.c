@@ -79,7 +79,7 @@ void tracker_state_init(struct tracker_state *state, const struct layout *layout
 
 static void lose_frame(struct tracker_state *state, int frame)
 {
-	state->frames[frame].tracked = false;
+	state->frames[frame].tracked = state->frames[frame].was_held = false;
 	remember_nothing(state, frame);
 }
 

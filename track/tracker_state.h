@@ -102,6 +102,7 @@ struct frame_state {
 	int64_t seen_ns;             /* when it was last measured */
 	int64_t held_ns;             /* ... by three rigid markers */
 	uint32_t unheld_count;       /* shots in a row without three rigid markers */
+	bool was_held;               /* three of them were seen since it was found */
 	uint32_t acquire_cursor;     /* where the search for it goes on */
 };
 
@@ -125,8 +126,7 @@ struct expression_row {
 };
 
 struct expression_state {
-	int32_t count;             /* of patterns */
-	double power[PATTERN_MAX]; /* mean square of how much there was of each */
+	int32_t count;                                     /* of patterns */
 	double amount[PATTERN_MAX], variance[PATTERN_MAX]; /* in the last shot that told */
 	int64_t seen_ns;                                   /* when that was */
 	double learned_s, since_learned_s, since_new_s;

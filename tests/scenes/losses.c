@@ -169,6 +169,13 @@ int main(int argc, char **argv)
 	for (uint64_t n = 0; n < shots; n++) {
 		sim_play_shot_us(&stage, &(struct blob_play){0}, n, 0);
 		score_shot(&score, &stage.truth, &stage.set);
+		if (getenv("LOSSES_HEAD"))
+			printf("head %lu valid %d rigid %d residual %.3f mm off %.2f points %u\n",
+			       (unsigned long)n, stage.set.heads[0].valid,
+			       stage.set.heads[0].rigid_count, 1e3 * stage.set.heads[0].residual_m,
+			       1e3 * vec3_distance(stage.set.heads[0].rt_stage_head.t,
+						   stage.truth.actors[0].rt_stage_head.t),
+			       stage.set.marker_count - stage.set.label_count);
 		for (uint32_t i = 0; i < count; i++)
 			look(&stage, &stretches[i], i, &tally);
 	}
