@@ -3,7 +3,9 @@
  */
 #include "config/stage.h"
 
+#include <errno.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "config/layout_file.h"
 
@@ -77,7 +79,15 @@ static int load_layouts(struct stage *stage, struct diag *diag)
 	return first_err;
 }
 
-int stage_load(struct stage *stage, const char *config_path, struct diag *diag)
+/* Not even one that cannot be read. */
+static bool is_missing(const char *rig_dir)
+{
+	struct stat st;
+
+	return lstat(rig_dir, &st) < 0 && errno == ENOENT;
+}
+
+static int load(struct stage *stage, const char *config_path, bool to_calibrate, struct diag *diag)
 {
 	memset(stage, 0, sizeof(*stage));
 	int err = config_load(&stage->config, config_path, diag);
@@ -85,13 +95,24 @@ int stage_load(struct stage *stage, const char *config_path, struct diag *diag)
 		return err;
 	int layout_err = load_layouts(stage, diag);
 	number_views(stage);
-	int rig_err = load_rig(stage, &stage->rig, &stage->tracking, diag);
+	stage->has_rig = !to_calibrate || !is_missing(stage->config.rig_dir);
+	int rig_err = stage->has_rig ? load_rig(stage, &stage->rig, &stage->tracking, diag) : 0;
 
 	if (layout_err && !rig_err)
 		rig_finish(&stage->rig);
 	if (layout_err || rig_err)
 		return layout_err ? layout_err : rig_err;
 	return 0;
+}
+
+int stage_load(struct stage *stage, const char *config_path, struct diag *diag)
+{
+	return load(stage, config_path, false, diag);
+}
+
+int stage_load_to_calibrate(struct stage *stage, const char *config_path, struct diag *diag)
+{
+	return load(stage, config_path, true, diag);
 }
 
 void stage_finish(struct stage *stage)

@@ -167,6 +167,10 @@ static enum exit_code prepare(struct program *program, struct diag *diag)
 {
 	enum exit_code code = station_load(&program->station, program->config_path, diag);
 
+	if (code == EXIT_CODE_OK && !program->idle && !program->station.stage.has_rig) {
+		diag_add(diag, STATION_NO_RIG, program->station.stage.config.rig_dir);
+		code = EXIT_CODE_BAD_INPUT;
+	}
 	if (code == EXIT_CODE_OK && !program->check)
 		code = refuse_second_station(program, diag);
 	return code == EXIT_CODE_OK ? station_configure(&program->station, diag) : code;
@@ -315,7 +319,8 @@ static enum exit_code run(struct program *program, struct diag *diag)
 	}
 	clock_release();
 	log_info("%s: %u cameras, rig %s", station_state_name(program->station.state),
-		 program->station.stage.config.camera_count, program->station.stage.rig.revision);
+		 program->station.stage.config.camera_count,
+		 program->station.stage.has_rig ? program->station.stage.rig.revision : "none");
 	sd_notifyf(0, "READY=1\nSTATUS=%s", station_state_name(program->station.state));
 	int result = sd_event_loop(program->event);
 	sd_notify(0, "STOPPING=1");

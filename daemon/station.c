@@ -164,6 +164,18 @@ static void name_slow_cameras(const struct station *station)
 	}
 }
 
+/* Of a rig that comes later: it is checked against these. */
+static void expect_sizes(struct stage *stage, const struct open_camera *devices)
+{
+	for (uint32_t left = stage->ir_mask; left; left &= left - 1) {
+		uint32_t c = (uint32_t)__builtin_ctz(left);
+		struct view *view = &stage->rig.views[stage->view_index[c]];
+
+		view->width_px = devices[c].granted.width_px;
+		view->height_px = devices[c].granted.height_px;
+	}
+}
+
 static enum exit_code open_devices(struct station *station, struct diag *diag)
 {
 	struct open_camera devices[CAMERA_MAX];
@@ -181,6 +193,8 @@ static enum exit_code open_devices(struct station *station, struct diag *diag)
 		close_cameras(devices, station->stage.config.camera_count);
 		return EXIT_CODE_BAD_INPUT;
 	}
+	if (!station->stage.has_rig)
+		expect_sizes(&station->stage, devices);
 	station->period_ns = open_cameras_period_ns(devices, station->stage.ir_mask);
 	if (init_captures(station, devices, diag) < 0)
 		return EXIT_CODE_INTERNAL;
@@ -197,7 +211,7 @@ enum exit_code station_load(struct station *station, const char *config_path, st
 	memset(station, 0, sizeof(*station));
 	station->newest_shot = LOG_NO_SHOT;
 	station->wake_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-	int err = stage_load(&station->stage, config_path, diag);
+	int err = stage_load_to_calibrate(&station->stage, config_path, diag);
 
 	if (err)
 		station_finish(station);
@@ -300,6 +314,12 @@ static void stop_threads(struct station *station)
 	station->hung |= !ended;
 }
 
+bool station_has_rig(const struct station *station)
+{
+	/* the one that it was configured with, or one that came later */
+	return station->stage.has_rig || station->rig_swap.current->serial > 1;
+}
+
 enum exit_code station_start(struct station *station, enum station_event how, struct diag *diag)
 {
 	enum station_state to;
@@ -308,6 +328,10 @@ enum exit_code station_start(struct station *station, enum station_event how, st
 		diag_add(diag, "the station is %s: stop it first",
 			 station_state_name(station->state));
 		return EXIT_CODE_RUNNING;
+	}
+	if (how == STATION_START && !station_has_rig(station)) {
+		diag_add(diag, STATION_NO_RIG, station->stage.config.rig_dir);
+		return EXIT_CODE_BAD_INPUT;
 	}
 	if (station->hung) {
 		diag_add(diag, "a thread hangs in its driver: restart the station");

@@ -44,6 +44,14 @@ struct station {
  * and the exit code that fits is returned. */
 enum exit_code station_load(struct station *station, const char *config_path, struct diag *diag);
 
+/* What is said of a rig directory that does not exist. */
+#define STATION_NO_RIG                                                                             \
+	"%s: there is no rig yet: start staged with --idle, and stagectl calibrate cameras makes " \
+	"one"
+
+/* Without one, which it may be loaded without, it can calibrate and not run. Once configured. */
+bool station_has_rig(const struct station *station);
+
 /* idle -> configured, of a station that was loaded: opens and checks the devices. Fails as
  * station_load(). */
 enum exit_code station_configure(struct station *station, struct diag *diag);

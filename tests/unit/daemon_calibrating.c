@@ -115,12 +115,28 @@ static void pictures_show_the_board_and_can_only_be_read(void **state)
 	virtual_station_end(station);
 }
 
+static void without_a_rig_it_calibrates_and_does_not_run(void **state)
+{
+	struct station *station = virtual_station_configure("talking", 0, STAGE, "rig");
+	struct diag diag = {0};
+
+	(void)state;
+	assert_int_equal(station_start(station, STATION_START, &diag), EXIT_CODE_BAD_INPUT);
+	assert_non_null(strstr(diag.text, "there is no rig yet"));
+	assert_int_equal(station_start(station, STATION_CALIBRATE, &diag), EXIT_CODE_OK);
+	virtual_station_run_to(station, 0.5);
+	assert_true(station->pictures.memory->cameras[3].newest_seq > 0);
+	diag_finish(&diag);
+	virtual_station_end(station);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(all_cameras_are_exposed_together_at_the_rate_of_the_calibration),
 		cmocka_unit_test(the_station_runs_as_before_when_it_is_over),
 		cmocka_unit_test(pictures_show_the_board_and_can_only_be_read),
+		cmocka_unit_test(without_a_rig_it_calibrates_and_does_not_run),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

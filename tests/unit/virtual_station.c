@@ -36,13 +36,24 @@ static void write_stage(const char *scene_name, uint32_t hd_count, const char *e
 	sim_scene_destroy(scene);
 }
 
-struct station *virtual_station_start(const char *scene, uint32_t hd_count, const char *extra_yaml)
+static void take_away(const char *name)
+{
+	char command[96];
+
+	snprintf(command, sizeof(command), "rm -r %s/%s", dir, name);
+	assert_int_equal(system(command), 0);
+}
+
+struct station *virtual_station_configure(const char *scene, uint32_t hd_count,
+					  const char *extra_yaml, const char *remove)
 {
 	struct station *station = calloc(1, sizeof(*station));
 	struct diag diag = {0};
 	char path[64];
 
 	write_stage(scene, hd_count, extra_yaml);
+	if (remove)
+		take_away(remove);
 	snprintf(path, sizeof(path), "%s/stage.yaml", dir);
 	clock_virtual_begin(START_NS, START_NS);
 	enum exit_code code = station_load(station, path, &diag);
@@ -51,7 +62,14 @@ struct station *virtual_station_start(const char *scene, uint32_t hd_count, cons
 	if (code != EXIT_CODE_OK)
 		diag_print(&diag, stderr);
 	assert_int_equal(code, EXIT_CODE_OK);
-	assert_int_equal(station_start(station, STATION_START, &diag), EXIT_CODE_OK);
+	return station;
+}
+
+struct station *virtual_station_start(const char *scene, uint32_t hd_count, const char *extra_yaml)
+{
+	struct station *station = virtual_station_configure(scene, hd_count, extra_yaml, NULL);
+
+	assert_int_equal(station_start(station, STATION_START, NULL), EXIT_CODE_OK);
 	return station;
 }
 

@@ -9,6 +9,11 @@
  * into its config. */
 struct station *virtual_station_start(const char *scene, uint32_t hd_count, const char *extra_yaml);
 
+/* The same, configured and not started; `remove`: a file or directory of the stage that is taken
+ * away first, or NULL. */
+struct station *virtual_station_configure(const char *scene, uint32_t hd_count,
+					  const char *extra_yaml, const char *remove);
+
 /* Runs until `time_s` of the scene, as the control thread would. */
 void virtual_station_run_to(struct station *station, double time_s);
 void virtual_station_end(struct station *station);
