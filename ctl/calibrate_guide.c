@@ -127,8 +127,8 @@ static void draw(const struct guide_facts *facts)
 	print_bar(stderr, guide_progress(facts));
 	fputs("\033[K\nNow ", stderr);
 	print_next(stderr, facts);
-	fputs("\033[K\nEnter: that is enough, solve. Ctrl-C: stop, and keep what there is\033[K\n",
-	      stderr);
+	fprintf(stderr, "\033[K\n%sCtrl-C: stop, and keep what there is\033[K\n",
+		isatty(STDIN_FILENO) ? "Enter: that is enough, solve. " : "");
 	for (uint32_t c = 0; c < count; c++) {
 		if (whole)
 			print_whole_camera(facts, c, size.ws_col);

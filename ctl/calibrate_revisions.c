@@ -114,6 +114,8 @@ static json_t *revision_json(const struct revision *r)
 		json_object_set_new(object, "revision", json_string(r->revision));
 	if (*r->passed)
 		json_object_set_new(object, "passed", json_boolean(!strcmp(r->passed, "true")));
+	if (*r->poses)
+		json_object_set_new(object, "poses", json_integer(strtol(r->poses, NULL, 10)));
 	if (*r->rms_px)
 		json_object_set_new(object, "rms_px", json_real(strtod(r->rms_px, NULL)));
 	if (*r->held_out_px)

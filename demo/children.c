@@ -19,7 +19,7 @@
 #define LOG_LINES_SHOWN 8
 
 /* Its own process group: Ctrl-C reaches the demonstration alone, which then ends its children. */
-static void run_child(int log_fd, char *const argv[], pid_t parent)
+static void run_child(int log_fd, bool told, char *const argv[], pid_t parent)
 {
 	sigset_t none;
 
@@ -30,14 +30,17 @@ static void run_child(int log_fd, char *const argv[], pid_t parent)
 	if (getppid() != parent)
 		_exit(127);
 	dup2(log_fd, STDOUT_FILENO);
-	dup2(log_fd, STDERR_FILENO);
+	if (!told)
+		dup2(log_fd, STDERR_FILENO);
+	int nothing_fd = open("/dev/null", O_RDONLY | O_CLOEXEC);
+	dup2(nothing_fd, STDIN_FILENO);
 	execv(argv[0], argv);
 	dprintf(log_fd, "%s: %s\n", argv[0], strerror(errno));
 	_exit(127);
 }
 
-int child_start(struct child *child, const char *name, const char *log_dir, char *const argv[],
-		struct diag *diag)
+static int start(struct child *child, const char *name, const char *log_dir, bool told,
+		 char *const argv[], struct diag *diag)
 {
 	pid_t parent = getpid();
 
@@ -46,7 +49,7 @@ int child_start(struct child *child, const char *name, const char *log_dir, char
 	int log_fd = open(child->log_path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
 	pid_t pid = log_fd < 0 ? -1 : fork();
 	if (pid == 0)
-		run_child(log_fd, argv, parent);
+		run_child(log_fd, told, argv, parent);
 	int error = errno;
 	if (log_fd >= 0)
 		close(log_fd);
@@ -56,6 +59,18 @@ int child_start(struct child *child, const char *name, const char *log_dir, char
 	}
 	child->pid = pid;
 	return 0;
+}
+
+int child_start(struct child *child, const char *name, const char *log_dir, char *const argv[],
+		struct diag *diag)
+{
+	return start(child, name, log_dir, false, argv, diag);
+}
+
+int child_start_told(struct child *child, const char *name, const char *log_dir, char *const argv[],
+		     struct diag *diag)
+{
+	return start(child, name, log_dir, true, argv, diag);
 }
 
 bool child_is_running(struct child *child)

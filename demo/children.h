@@ -20,6 +20,10 @@ struct child {
 int child_start(struct child *child, const char *name, const char *log_dir, char *const argv[],
 		struct diag *diag);
 
+/* The same, but what it tells people, on stderr, goes where ours goes. */
+int child_start_told(struct child *child, const char *name, const char *log_dir, char *const argv[],
+		     struct diag *diag);
+
 /* False once it has ended. */
 bool child_is_running(struct child *child);
 

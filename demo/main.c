@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
+#include "demo/align.h"
 #include "demo/show.h"
 #include "demo/stand.h"
 
@@ -47,6 +48,8 @@ struct demo {
 	struct stage_client *client;
 	struct referee referee;
 	struct demo_facts facts;
+	struct calibration_report calibration;
+	struct align align;
 	struct stress stress;
 	bool with_table;
 	int64_t start_ns;     /* of the program */
@@ -81,6 +84,16 @@ static int subscribe(struct demo *demo, struct diag *diag)
 	return 0;
 }
 
+static int calibrate(struct demo *demo, struct diag *diag)
+{
+	say(demo, "the station has no rig: a board is waved before its cameras");
+	int r = demo_calibrate(&demo->calibration, &demo->stand, &interrupted, diag);
+
+	if (r == 0)
+		say(demo, "the station runs with the rig that was made");
+	return r;
+}
+
 static int start(struct demo *demo, struct diag *diag)
 {
 	int r = stand_init(&demo->stand, &demo->options, diag);
@@ -97,7 +110,9 @@ static int start(struct demo *demo, struct diag *diag)
 	if (r < 0)
 		return r;
 	say(demo, "starting the station");
-	r = stand_start_station(&demo->stand, diag);
+	r = stand_start_station(&demo->stand, demo->options.calibrate, diag);
+	if (r == 0 && demo->options.calibrate)
+		r = calibrate(demo, diag);
 	return r < 0 ? r : subscribe(demo, diag);
 }
 
@@ -118,6 +133,10 @@ static void take_set(struct demo *demo, const struct stage_marker_set *set)
 {
 	int64_t now_ns = clock_now_ns();
 
+	if (demo->options.calibrate && !demo->align.done) {
+		align_take(&demo->align, &demo->referee, set);
+		return;
+	}
 	if (!demo->first_set_ns) {
 		say(demo, "the first marker set is here");
 		demo->first_set_ns = now_ns;
@@ -250,7 +269,9 @@ int main(int argc, char **argv)
 	demo.facts = (struct demo_facts){.mode = demo.options.sim ? "sim" : "gige",
 					 .scene = demo.options.scene,
 					 .seed = demo.options.seed,
-					 .stress = demo.options.stress ? &demo.stress : NULL};
+					 .stress = demo.options.stress ? &demo.stress : NULL,
+					 .calibration =
+						 demo.options.calibrate ? &demo.calibration : NULL};
 	catch_signals();
 	int status = run(&demo, &diag);
 	stage_client_close(demo.client);

@@ -11,6 +11,7 @@ struct demo_options {
 	bool json;
 	bool sim;          /* cameras inside the station, instead of GigE Vision ones */
 	bool stress;       /* under fire, with sim */
+	bool calibrate;    /* the station gets its rig first, with sim */
 	uint32_t hd_count; /* HD cameras beside them, only with sim */
 	const char *scene;
 	uint64_t seed;

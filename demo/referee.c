@@ -45,6 +45,7 @@ void referee_init(struct referee *referee, const struct sim_scene *scene, int64_
 	memset(referee, 0, sizeof(*referee));
 	referee->scene = scene;
 	referee->epoch_ns = epoch_ns;
+	referee->rt_scene_station = POSE_IDENTITY;
 	referee->error_m.bin_width = REFEREE_NEAR_M / 8000;
 	referee->latency_s.bin_width = 20e-6;
 	referee->timestamp_error_s.bin_width = 0.5e-6;
@@ -90,6 +91,15 @@ static int64_t nearest_exposure(const struct referee *referee, int64_t time_ns)
 	return exposure > 0 ? exposure : 0;
 }
 
+void referee_find_truth(struct referee *referee, int64_t mid_exposure_ns)
+{
+	uint64_t exposure = (uint64_t)nearest_exposure(referee, mid_exposure_ns);
+
+	sim_scene_truth(referee->scene,
+			(double)sim_scene_mid_exposure_ns(referee->scene, exposure) / 1e9,
+			&referee->truth);
+}
+
 static bool is_near_another(const struct referee *referee, struct vec3 p_m, uint32_t own)
 {
 	for (uint32_t i = 0; i < referee->truth.marker_count; i++)
@@ -128,7 +138,8 @@ static void judge_label(struct referee *referee, uint32_t label, const struct st
 		referee->unlabelled_count += is_seen;
 		return;
 	}
-	struct vec3 p_m = {marker->p_m[0], marker->p_m[1], marker->p_m[2]};
+	struct vec3 p_m = pose_apply(&referee->rt_scene_station,
+				     (struct vec3){marker->p_m[0], marker->p_m[1], marker->p_m[2]});
 	view->error_m = vec3_distance(p_m, truth->p_stage_m);
 	if (view->status == STAGE_PREDICTED) {
 		referee->unlabelled_count += is_seen;

@@ -34,6 +34,7 @@ struct label_view {
 struct referee {
 	const struct sim_scene *scene; /* borrowed */
 	int64_t epoch_ns;
+	struct pose rt_scene_station; /* of a station whose frame is its own; else the identity */
 	uint32_t label_count;
 	uint32_t truth_of_label[LABEL_MAX];
 	struct label_view views[LABEL_MAX]; /* of the latest set, by the station's labels */
@@ -68,6 +69,9 @@ void referee_init(struct referee *referee, const struct sim_scene *scene, int64_
 
 /* Returns 0, or -EINVAL when the description has labels that the scene does not know. */
 int referee_describe(struct referee *referee, const struct stage_description *description);
+
+/* Sets `truth` to that of the exposure nearest to a time of the station. */
+void referee_find_truth(struct referee *referee, int64_t mid_exposure_ns);
 
 void referee_judge(struct referee *referee, const struct stage_marker_set *set,
 		   int64_t received_ns);

@@ -11,6 +11,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#define CALIBRATED_RMS_MAX_MM 0.15
 #define CLEAR_SCREEN "\033[H\033[2J"
 #define CELL_COLUMNS 41 /* of one label, as show_label() prints it */
 #define ROWS_AROUND 9   /* lines of the screen that are not the table's */
@@ -109,11 +110,18 @@ static bool is_excused(const struct demo_facts *facts)
 	return facts->stress && !facts->stress->fifo;
 }
 
+/* Of a rig that was just made: the rms says more of it than the median. */
+static bool is_calibrated(const struct results *r, const struct demo_facts *facts)
+{
+	return !facts->calibration || r->error_rms_mm <= CALIBRATED_RMS_MAX_MM;
+}
+
 bool demo_has_passed(const struct referee *referee, const struct results *r,
 		     const struct demo_facts *facts)
 {
-	return r->accurate && ((r->named && r->complete) || is_excused(facts)) &&
-	       !facts->ended_early && (!facts->stress || stress_has_passed(facts->stress, referee));
+	return r->accurate && is_calibrated(r, facts) &&
+	       ((r->named && r->complete) || is_excused(facts)) && !facts->ended_early &&
+	       (!facts->stress || stress_has_passed(facts->stress, referee));
 }
 
 static void show_verdict(FILE *out, const struct referee *referee, const struct results *r,
@@ -125,7 +133,8 @@ static void show_verdict(FILE *out, const struct referee *referee, const struct 
 		fprintf(out, "passed\n");
 		return;
 	}
-	fprintf(out, "FAILED:%s%s%s%s%s\n", r->accurate ? "" : " median error above 0.1 mm;",
+	fprintf(out, "FAILED:%s%s%s%s%s%s\n", r->accurate ? "" : " median error above 0.1 mm;",
+		is_calibrated(r, facts) ? "" : " rms above 0.15 mm, rigidly aligned;",
 		r->named || is_excused(facts) ? "" : " fewer than 98 % right labels;",
 		r->complete || is_excused(facts) ? "" : " more than 1 % of the shots lost;",
 		!facts->stress || stress_has_passed(facts->stress, referee) ? ""
@@ -155,6 +164,18 @@ static void show_station(FILE *out, const struct demo_facts *facts)
 			facts->hd_shots);
 	if (!facts->cameras_counted)
 		fprintf(out, "simulator  %" PRIu64 " frames handed over late\n", station->sim_late);
+}
+
+static void show_calibration(FILE *out, const struct demo_facts *facts, const struct results *r)
+{
+	const struct calibration_report *made = facts->calibration;
+
+	if (made)
+		fprintf(out,
+			"rig        made in %.0f s of %u poses of a board, rms %.3f px; with it "
+			"the "
+			"markers are %.4f mm rms from the truth, rigidly aligned\n",
+			made->seconds, made->poses, made->rms_px, r->error_rms_mm);
 }
 
 void show_summary(FILE *out, const struct referee *referee, const struct results *r,
@@ -196,6 +217,7 @@ void show_summary(FILE *out, const struct referee *referee, const struct results
 			" of them over 1 ms late, %" PRIu64 " never sent\n",
 			facts->cameras.frames_sent, facts->cameras.frames_late,
 			facts->cameras.frames_skipped);
+	show_calibration(out, facts, r);
 	show_station(out, facts);
 	show_verdict(out, referee, r, facts);
 }
@@ -257,11 +279,21 @@ static json_t *json_hd(const struct demo_facts *facts)
 	return json_pack("{sI so}", "shots", (json_int_t)facts->hd_shots, "cameras", cameras);
 }
 
+static json_t *json_calibration(const struct demo_facts *facts, const struct results *r)
+{
+	const struct calibration_report *made = facts->calibration;
+
+	return made ? json_pack("{so sI so so so}", "seconds", number(made->seconds), "poses",
+				(json_int_t)made->poses, "rms_px", number(made->rms_px), "worst_mm",
+				number(made->worst_mm), "aligned_rms_mm", number(r->error_rms_mm))
+		    : json_null();
+}
+
 void show_json(FILE *out, const struct referee *referee, const struct results *r,
 	       const struct demo_facts *facts)
 {
 	json_t *root = json_pack(
-		"{ss ss sI sI so so so so so s{so so so} so s{so so} s{so so sI} so so so sb}",
+		"{ss ss sI sI so so so so so s{so so so} so s{so so} s{so so sI} so so so so sb}",
 		"mode", facts->mode, "scene", facts->scene, "seed", (json_int_t)facts->seed,
 		"cameras", (json_int_t)facts->camera_count, "rate_hz", number(facts->rate_hz),
 		"seconds", number(facts->seconds), "startup_s", number(facts->startup_s),
@@ -273,8 +305,8 @@ void show_json(FILE *out, const struct referee *referee, const struct results *r
 		number(r->timestamp_max_us), "beyond_bound",
 		(json_int_t)referee->beyond_bound_count, "simulator", json_simulator(facts), "hd",
 		json_hd(facts), "stress",
-		facts->stress ? stress_json(facts->stress, referee) : json_null(), "passed",
-		demo_has_passed(referee, r, facts));
+		facts->stress ? stress_json(facts->stress, referee) : json_null(), "calibration",
+		json_calibration(facts, r), "passed", demo_has_passed(referee, r, facts));
 
 	json_dumpf(root, out, JSON_INDENT(2) | JSON_REAL_PRECISION(6));
 	fputc('\n', out);

@@ -6,6 +6,7 @@
 
 #include <stdio.h>
 
+#include "demo/calibrate.h"
 #include "demo/referee.h"
 #include "demo/report.h"
 #include "demo/stand.h"
@@ -23,9 +24,10 @@ struct demo_facts {
 	struct camera_counts cameras;
 	struct station_report station;
 	uint32_t hd_camera_count;
-	uint64_t hd_shots;           /* marker sets that name an HD frame */
-	const struct stress *stress; /* NULL: in peace */
-	bool ended_early;            /* the stream ended before its time */
+	uint64_t hd_shots;                            /* marker sets that name an HD frame */
+	const struct stress *stress;                  /* NULL: in peace */
+	const struct calibration_report *calibration; /* NULL: it had its rig */
+	bool ended_early;                             /* the stream ended before its time */
 };
 
 /* Clears the terminal and draws the state: the worst labels first, as many as fit. */

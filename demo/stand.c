@@ -18,6 +18,8 @@
 #define GIGE_RATE_HZ 60
 #define SIM_CAMERAS 8
 #define SIM_RATE_HZ 120
+#define CALIBRATION_RATE_MIN_HZ 2
+#define CALIBRATION_RATE_MAX_HZ 12
 #define CAMERAS_PATIENCE_NS (15 * NS_PER_S)
 #define FIRST_HOST 11 /* of the cameras: 127.0.x.11 and on */
 
@@ -27,8 +29,7 @@ static int network(void)
 	return 1 + getpid() % 250;
 }
 
-/* The path of a program of this build, seen from demo/ in the build directory. */
-static int program_path(char *path, size_t size, const char *below_build, struct diag *diag)
+int stand_program(char *path, size_t size, const char *below_build, struct diag *diag)
 {
 	char self[3000];
 	ssize_t length = readlink("/proc/self/exe", self, sizeof(self) - 1);
@@ -72,6 +73,44 @@ static int make_dir(struct stand *stand, const struct demo_options *options, str
 	return 0;
 }
 
+/* The board's pictures are rendered and searched on the same processors. */
+static void add_calibration(const struct stand *stand, char *extra, size_t size)
+{
+	const struct board *board = sim_scene_board(stand->scene);
+	long processors = sysconf(_SC_NPROCESSORS_ONLN);
+	int rate_hz = processors < CALIBRATION_RATE_MIN_HZ   ? CALIBRATION_RATE_MIN_HZ
+		      : processors > CALIBRATION_RATE_MAX_HZ ? CALIBRATION_RATE_MAX_HZ
+							     : (int)processors;
+	size_t used = strlen(extra);
+
+	snprintf(extra + used, size - used,
+		 "calibration: {rate_hz: %d, board: {squares_x: %d, squares_y: %d, square_m: %g, "
+		 "tag_part: %g, first_id: %d}}\n",
+		 rate_hz, board->squares_x, board->squares_y, board->square_m, board->tag_part,
+		 board->first_id);
+}
+
+static int remove_entry(const char *path, const struct stat *st, int kind, struct FTW *where)
+{
+	(void)st;
+	(void)kind;
+	(void)where;
+	return remove(path);
+}
+
+/* The station is to have none but the one that it makes. */
+static int remove_rig(const struct stand *stand, struct diag *diag)
+{
+	char path[sizeof(stand->dir) + 8];
+
+	snprintf(path, sizeof(path), "%s/rig", stand->dir);
+	if (nftw(path, remove_entry, 8, FTW_DEPTH | FTW_PHYS) == 0)
+		return 0;
+	int r = -errno;
+	diag_add(diag, "%s: cannot be removed: %s", path, strerror(-r));
+	return r;
+}
+
 static int write_files(const struct stand *stand, const struct demo_options *options,
 		       struct diag *diag)
 {
@@ -95,7 +134,10 @@ static int write_files(const struct stand *stand, const struct demo_options *opt
 			 "trigger: sim\nsim: {scene: \"%s\", seed: %" PRIu64 ", epoch_ns: %" PRId64
 			 "%s}\n",
 			 options->scene, options->seed, stand->epoch_ns, faults);
-	return sim_scene_write_stage(stand->scene, stand->dir, pointers, extra, diag);
+	if (options->calibrate)
+		add_calibration(stand, extra, sizeof(extra));
+	int r = sim_scene_write_stage(stand->scene, stand->dir, pointers, extra, diag);
+	return r < 0 || !options->calibrate ? r : remove_rig(stand, diag);
 }
 
 int stand_init(struct stand *stand, const struct demo_options *options, struct diag *diag)
@@ -146,7 +188,7 @@ int stand_start_cameras(struct stand *stand, const struct demo_options *options,
 
 	if (options->sim)
 		return 0;
-	int r = program_path(program, sizeof(program), "sim/stage-sim-gige", diag);
+	int r = stand_program(program, sizeof(program), "sim/stage-sim-gige", diag);
 	if (r < 0)
 		return r;
 	snprintf(seed, sizeof(seed), "%" PRIu64, options->seed);
@@ -163,28 +205,21 @@ int stand_start_cameras(struct stand *stand, const struct demo_options *options,
 	return r < 0 ? r : wait_for_cameras(stand, diag, stop);
 }
 
-int stand_start_station(struct stand *stand, struct diag *diag)
+int stand_start_station(struct stand *stand, bool idle, struct diag *diag)
 {
 	char program[4096], config[4200];
-	int r = program_path(program, sizeof(program), "daemon/staged", diag);
+	int r = stand_program(program, sizeof(program), "daemon/staged", diag);
 
 	if (r < 0)
 		return r;
 	snprintf(config, sizeof(config), "%s/stage.yaml", stand->dir);
-	char *argv[] = {program, "--config", config, NULL};
+	char *argv[] = {program, "--config", config, idle ? "--idle" : NULL, NULL};
 	return child_start(&stand->station, "station", stand->dir, argv, diag);
-}
-
-static int remove_entry(const char *path, const struct stat *st, int kind, struct FTW *where)
-{
-	(void)st;
-	(void)kind;
-	(void)where;
-	return remove(path);
 }
 
 void stand_stop(struct stand *stand)
 {
+	child_stop(&stand->calibration);
 	child_stop(&stand->station);
 	child_stop(&stand->cameras);
 }

@@ -20,6 +20,7 @@ struct stand {
 	double rate_hz;
 	struct child cameras; /* serves GigE Vision; not started for in-process cameras */
 	struct child station;
+	struct child calibration; /* of a station without a rig */
 };
 
 /* The directory and its files; the scene's time begins now. Returns 0 or a negative
@@ -29,7 +30,12 @@ int stand_init(struct stand *stand, const struct demo_options *options, struct d
 /* Starts the cameras, unless they are in the station, and waits until they answer. */
 int stand_start_cameras(struct stand *stand, const struct demo_options *options, struct diag *diag,
 			const volatile sig_atomic_t *stop);
-int stand_start_station(struct stand *stand, struct diag *diag);
+/* With `idle` it waits to be started. */
+int stand_start_station(struct stand *stand, bool idle, struct diag *diag);
+
+/* The path of a program of this build, seen from the build directory. Returns 0 or -ENOENT with a
+ * message. */
+int stand_program(char *path, size_t size, const char *below_build, struct diag *diag);
 
 /* Ends the children; keeps the files. */
 void stand_stop(struct stand *stand);

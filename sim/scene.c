@@ -95,6 +95,11 @@ const struct sim_script *sim_scene_script(const struct sim_scene *scene)
 	return &scene->script;
 }
 
+const struct board *sim_scene_board(const struct sim_scene *scene)
+{
+	return &scene->board.print;
+}
+
 const struct layout *sim_scene_layout(const struct sim_scene *scene)
 {
 	return &scene->layout;

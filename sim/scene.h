@@ -9,6 +9,7 @@
 
 #include "base/diag.h"
 #include "base/geometry.h"
+#include "config/board.h"
 #include "sim/body.h"
 #include "sim/script.h"
 #include "track/layout.h"
@@ -100,6 +101,8 @@ uint32_t sim_scene_hd_count(const struct sim_scene *scene);
 const char *sim_scene_camera_name(const struct sim_scene *scene, uint32_t camera);
 /* What it was made of, with the options' values in it. */
 const struct sim_script *sim_scene_script(const struct sim_scene *scene);
+/* That is waved before it while it is calibrated. */
+const struct board *sim_scene_board(const struct sim_scene *scene);
 const struct layout *sim_scene_layout(const struct sim_scene *scene);
 
 /* Shot n is exposed around scene time (n + 0.5) * period; this is that middle, in nanoseconds. */
