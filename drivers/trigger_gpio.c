@@ -38,7 +38,8 @@ struct gpio_trigger {
 	_Atomic bool armed;
 	/* trigger thread */
 	struct pulse_train train;
-	uint32_t levels; /* as set last */
+	uint32_t levels;    /* as set last */
+	int64_t watched_ns; /* until when the guard leaves them */
 };
 
 static int open_outputs(struct gpio_trigger *trigger, struct gpio_chip *chip,
@@ -229,26 +230,48 @@ static int set_lines(struct gpio_trigger *trigger, uint32_t lit)
 	return 0;
 }
 
+static void watch(struct gpio_trigger *trigger, int64_t until_ns)
+{
+	trigger->watched_ns = until_ns;
+	trigger_guard_watch(&trigger->guard, until_ns);
+}
+
 /* What is lit must not stay so if this thread does not come back within a period, or as late as a
  * pulse may be. */
 static void tell_guard(struct gpio_trigger *trigger)
 {
 	const struct pulse_train *train = &trigger->train;
 	int64_t period_ns = train->plan.period_ns, late_ns = period_ns / PULSE_LATE_SHARE;
+
+	if (!trigger->outputs || train->lit & PULSE_BIT(PULSE_STROBE))
+		return;
+	if (!train->lit) {
+		trigger_guard_rest(&trigger->guard);
+		return;
+	}
 	int64_t back_ns = pulse_train_due_ns(train) + late_ns;
 	int64_t period_end_ns = clock_now_ns() + period_ns - late_ns;
+	watch(trigger, back_ns > period_end_ns ? back_ns : period_end_ns);
+}
 
-	if (!train->lit)
-		trigger_guard_rest(&trigger->guard);
-	else if (!(train->lit & PULSE_BIT(PULSE_STROBE)))
-		trigger_guard_watch(&trigger->guard,
-				    back_ns > period_end_ns ? back_ns : period_end_ns);
+/* What the guard set dark stays so: to light it again would be a second edge in its period. */
+static void obey_guard(struct gpio_trigger *trigger)
+{
+	int64_t now_ns = clock_now_ns();
+	int64_t cut_ns = trigger->watched_ns < now_ns ? trigger->watched_ns : now_ns;
+
+	trigger->levels = trigger->dark_levels;
+	pulse_train_note(&trigger->train, PULSE_GUARD_CUT);
+	pulse_train_done(&trigger->train, 0, cut_ns, cut_ns);
 }
 
 /* Whatever is to be done now. */
 static int step(struct gpio_trigger *trigger)
 {
 	struct pulse_train *train = &trigger->train;
+
+	if (trigger->outputs && trigger_guard_has_cut(&trigger->guard))
+		obey_guard(trigger);
 	uint32_t was = train->lit, lit = pulse_train_step(train, clock_now_ns());
 
 	if (lit == was)
@@ -256,8 +279,7 @@ static int step(struct gpio_trigger *trigger)
 	if (lit & ~was && trigger->outputs && !trigger_guard_lives(&trigger->guard))
 		return -EOWNERDEAD;
 	if (lit & ~was & PULSE_BIT(PULSE_STROBE))
-		trigger_guard_watch(&trigger->guard,
-				    train->pulses[PULSE_STROBE].off_ns + trigger->grace_ns);
+		watch(trigger, train->pulses[PULSE_STROBE].off_ns + trigger->grace_ns);
 	int64_t before_ns = clock_now_ns();
 	int err = set_lines(trigger, lit);
 	int64_t after_ns = clock_now_ns();
@@ -265,8 +287,7 @@ static int step(struct gpio_trigger *trigger)
 	if (err)
 		return err;
 	pulse_train_done(train, lit, before_ns, after_ns);
-	if (trigger->outputs)
-		tell_guard(trigger);
+	tell_guard(trigger);
 	return 0;
 }
 
@@ -335,8 +356,8 @@ static int gpio_next(struct trigger *base, int64_t timeout_ns, struct edge *out)
 		if (pulse_train_report(train, clock_now_ns(), out))
 			break;
 	}
-	if (trigger_guard_has_cut(&trigger->guard))
-		out->events |= UINT32_C(1) << PULSE_GUARD_CUT;
+	if (train->lit)
+		tell_guard(trigger); /* the next thing to do is the next shot */
 	return 0;
 }
 

@@ -222,14 +222,15 @@ int gpio_outputs_fd(const struct gpio_outputs *outputs)
 int gpio_fd_set(int fd, uint32_t count, uint32_t levels)
 {
 	static const uint32_t offsets[] = {0, 1, 2, 3};
-	static struct fake_gpio *fake;
+	struct fake_gpio *fake = map(fd); /* which holds the file's locks too */
 
 	if (!fake)
-		fake = map(fd);
-	if (!fake || atomic_load(&fake->gone))
 		return -ENODEV;
-	record(fake, offsets, count, levels);
-	return 0;
+	bool gone = atomic_load(&fake->gone);
+	if (!gone)
+		record(fake, offsets, count, levels);
+	munmap(fake, sizeof(*fake));
+	return gone ? -ENODEV : 0;
 }
 
 int gpio_input_request(struct gpio_input **out, struct gpio_chip *chip, const char *consumer,
