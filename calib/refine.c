@@ -31,6 +31,8 @@ static void count_labels(const struct refine_problem *problem, uint32_t *label_c
 
 	for (uint32_t p = 0; p < problem->point_count; p++) {
 		const struct refine_point *point = &problem->points[p];
+		if (point->label < 0)
+			continue;
 		uint32_t word = (uint32_t)point->label / 32, bit = 1u << (point->label % 32);
 
 		seen[CAMERA_MAX][word] |= bit;
@@ -62,7 +64,8 @@ static uint32_t judge_data(struct refined *out, const struct refinement *r)
 		struct refined_camera *camera = &out->cameras[c];
 
 		camera->view_count = r->normal.view_count[c];
-		camera->judged = camera->view_count >= VIEWS_MIN && label_counts[c] >= LABELS_MIN;
+		camera->judged = camera->view_count >= VIEWS_MIN &&
+				 (!out->named || label_counts[c] >= LABELS_MIN);
 		camera->before_px = left_px(&r->normal, c);
 		judged += camera->judged;
 	}
@@ -74,8 +77,9 @@ static int too_few(const struct refined *out, uint32_t judged, const struct rig 
 {
 	if (out->shot_count < REFINE_SHOTS_MIN) {
 		diag_add(diag,
-			 "%u shots with named markers are too few, it takes %d; let the actor "
-			 "be seen for longer (--seconds)",
+			 "%u shots with markers are too few, it takes %d; let the actor be seen "
+			 "for longer (--seconds); if cameras were moved far, make the rig anew: "
+			 "stagectl calibrate cameras",
 			 out->shot_count, REFINE_SHOTS_MIN);
 		return -EINVAL;
 	}
@@ -84,7 +88,7 @@ static int too_few(const struct refined *out, uint32_t judged, const struct rig 
 	for (uint32_t c = 0; c < out->camera_count; c++)
 		if (!out->cameras[c].judged)
 			diag_add(diag,
-				 "camera %s: %u views of named markers are too few, it takes "
+				 "camera %s: %u views of markers are too few, it takes "
 				 "%d of %d markers; bring the actor where it sees them",
 				 rig->names[c], out->cameras[c].view_count, VIEWS_MIN, LABELS_MIN);
 	diag_add(diag,
@@ -248,15 +252,18 @@ static int run(struct refinement *r, struct refined *out, const struct rig *rig,
 	return err;
 }
 
-static uint32_t count_shots(const struct marker_shots *shots)
+/* Shots with enough points to be of use. */
+static uint32_t count_shots(const struct marker_shots *shots, bool named_only)
 {
-	uint32_t count = 0, last = UINT32_MAX;
+	uint32_t count = 0, in_shot = 0;
 
-	for (uint32_t p = 0; p < shots->point_count; p++)
-		if (shots->points[p].label >= 0 && shots->points[p].shot != last) {
-			last = shots->points[p].shot;
-			count++;
-		}
+	for (uint32_t p = 0; p < shots->point_count; p++) {
+		if (p > 0 && shots->points[p].shot != shots->points[p - 1].shot)
+			in_shot = 0;
+		in_shot += shots->points[p].label >= 0 || !named_only;
+		count += in_shot == LABELS_MIN;
+		in_shot += in_shot == LABELS_MIN; /* counted once */
+	}
 	return count;
 }
 
@@ -265,11 +272,13 @@ int refine(struct refined *refined, const struct rig *rig, const struct marker_s
 {
 	struct refinement *r = calloc(1, sizeof(*r));
 	struct refined *out = calloc(1, sizeof(*out));
-	int err = r && out ? refine_match(&r->problem, rig, shots) : -ENOMEM;
+	bool named = count_shots(shots, true) >= REFINE_SHOTS_MIN;
+	int err = r && out ? refine_match(&r->problem, rig, shots, named) : -ENOMEM;
 
 	if (!err) {
 		out->camera_count = rig->camera_count;
-		out->shot_count = count_shots(shots);
+		out->named = named;
+		out->shot_count = count_shots(shots, named);
 		err = run(r, out, rig, diag);
 		refine_problem_finish(&r->problem);
 	}

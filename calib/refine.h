@@ -1,7 +1,8 @@
 /*
  * Where cameras stand now, from some seconds of named markers: lenses are held, and so are all
  * cameras that still look where the rig says, which keeps stage frame and scale. Those that moved
- * are found one by one and solved together with the points that they see.
+ * are found one by one and solved together with the points that they see. Where the rig is too far
+ * off for names, points without one serve.
  */
 #pragma once
 
@@ -24,6 +25,7 @@ struct refined_camera {
 struct refined {
 	uint32_t camera_count, moved_count;
 	uint32_t shot_count, marker_count; /* that it was found from */
+	bool named;                        /* by markers with names */
 	struct refined_camera cameras[CAMERA_MAX];
 };
 

@@ -41,6 +41,12 @@ static struct spot_range range_of(const struct marker_shots *shots, uint32_t *at
 	return range;
 }
 
+/* What is seen by three cameras is a marker even when it has no name. */
+static bool is_wanted(const struct seen_point *point, bool named_only)
+{
+	return point->label >= 0 || (!named_only && __builtin_popcount(point->camera_mask) >= 3);
+}
+
 static void vote(struct votes *votes, const struct spot_range *range, const double pixel[2])
 {
 	for (uint32_t s = 0; s < range->count; s++) {
@@ -77,7 +83,7 @@ static void find_peak(const struct votes *votes, double shift_px[2])
 }
 
 static void find_shift(const struct view *view, uint32_t camera, const struct marker_shots *shots,
-		       struct votes *votes, double shift_px[2])
+		       struct votes *votes, bool named_only, double shift_px[2])
 {
 	uint32_t at = 0;
 
@@ -87,7 +93,8 @@ static void find_shift(const struct view *view, uint32_t camera, const struct ma
 		const struct seen_point *point = &shots->points[p];
 		double pixel[2];
 
-		if (point->label < 0 || !view_project(view, point->p_stage_m, pixel, NULL))
+		if (!is_wanted(point, named_only) ||
+		    !view_project(view, point->p_stage_m, pixel, NULL))
 			continue;
 		struct spot_range range = range_of(shots, &at, point->shot, camera);
 		vote(votes, &range, pixel);
@@ -114,7 +121,7 @@ static const struct seen_spot *find_spot(const struct spot_range *range, const d
 
 /* For each point the camera's spot, or NULL. */
 static void match_camera(const struct view *view, uint32_t camera, const struct marker_shots *shots,
-			 const double shift_px[2], const struct seen_spot **found)
+			 const double shift_px[2], bool named_only, const struct seen_spot **found)
 {
 	uint32_t at = 0, taken = 0, count = 0;
 
@@ -123,7 +130,8 @@ static void match_camera(const struct view *view, uint32_t camera, const struct 
 		double pixel[2];
 
 		found[p] = NULL;
-		if (point->label < 0 || !view_project(view, point->p_stage_m, pixel, NULL))
+		if (!is_wanted(point, named_only) ||
+		    !view_project(view, point->p_stage_m, pixel, NULL))
 			continue;
 		struct spot_range range = range_of(shots, &at, point->shot, camera);
 		pixel[0] += shift_px[0];
@@ -174,7 +182,7 @@ static void begin(struct refine_problem *problem, const struct rig *rig)
 }
 
 int refine_match(struct refine_problem *problem, const struct rig *rig,
-		 const struct marker_shots *shots)
+		 const struct marker_shots *shots, bool named_only)
 {
 	size_t points = shots->point_count ? shots->point_count : 1;
 	const struct seen_spot **found = calloc(points * rig->camera_count, sizeof(*found));
@@ -187,11 +195,11 @@ int refine_match(struct refine_problem *problem, const struct rig *rig,
 	for (uint32_t c = 0; good && c < rig->camera_count; c++) {
 		double shift_px[2];
 
-		find_shift(&rig->views[c], c, shots, votes, shift_px);
-		match_camera(&rig->views[c], c, shots, shift_px, found + c * points);
+		find_shift(&rig->views[c], c, shots, votes, named_only, shift_px);
+		match_camera(&rig->views[c], c, shots, shift_px, named_only, found + c * points);
 	}
 	for (uint32_t p = 0; good && p < shots->point_count; p++)
-		if (shots->points[p].label >= 0)
+		if (is_wanted(&shots->points[p], named_only))
 			add_point(problem, &shots->points[p], found + p, (uint32_t)points);
 	free(found);
 	free(votes);

@@ -16,7 +16,7 @@ struct refine_view {
 
 struct refine_point {
 	uint32_t shot;
-	int label;
+	int label; /* LABEL_NONE: without a name */
 	struct vec3 p_stage_m;
 	uint32_t first_view, view_count;
 };
@@ -42,9 +42,9 @@ struct refine_normal {
 	double *cross; /* of the free cameras, whole matrix; NULL when none is free */
 };
 
-/* Says which spot is whose. Returns 0 or -ENOMEM. */
+/* Says which spot is whose; `named_only`: of markers that have a name. Returns 0 or -ENOMEM. */
 int refine_match(struct refine_problem *problem, const struct rig *rig,
-		 const struct marker_shots *shots);
+		 const struct marker_shots *shots, bool named_only);
 void refine_problem_finish(struct refine_problem *problem);
 
 /* Points to where their views want them, then the equations of all cameras there. The normal's

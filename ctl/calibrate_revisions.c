@@ -31,6 +31,7 @@ struct revision {
 	bool in_force;
 	/* "" where rig.yaml does not say */
 	char revision[VALUE_BYTES], passed[VALUE_BYTES], rms_px[VALUE_BYTES];
+	char made_by[VALUE_BYTES], made_from[VALUE_BYTES];
 	char held_out_px[VALUE_BYTES], worst_mm[VALUE_BYTES], poses[VALUE_BYTES];
 };
 
@@ -99,6 +100,8 @@ static void take_revision(struct revision *revision, const char *rig_dir, uint32
 		return; /* a rig that was not calibrated here */
 	take_value(text, "revision", revision->revision);
 	take_value(text, "passed", revision->passed);
+	take_value(text, "made_by", revision->made_by);
+	take_value(text, "made_from", revision->made_from);
 	take_value(text, "rms_px", revision->rms_px);
 	take_value(text, "held_out_rms_px", revision->held_out_px);
 	take_value(text, "worst_mm", revision->worst_mm);
@@ -116,6 +119,8 @@ static json_t *revision_json(const struct revision *r)
 		json_object_set_new(object, "passed", json_boolean(!strcmp(r->passed, "true")));
 	if (*r->poses)
 		json_object_set_new(object, "poses", json_integer(strtol(r->poses, NULL, 10)));
+	if (*r->made_by)
+		json_object_set_new(object, "made_by", json_string(r->made_by));
 	if (*r->rms_px)
 		json_object_set_new(object, "rms_px", json_real(strtod(r->rms_px, NULL)));
 	if (*r->held_out_px)
@@ -130,6 +135,9 @@ static void print_revision(const struct revision *r)
 	if (!*r->revision)
 		printf("%c %04u  from before, or made elsewhere\n", r->in_force ? '*' : ' ',
 		       r->number);
+	else if (*r->made_by)
+		printf("%c %04u  %s  %s of %s\n", r->in_force ? '*' : ' ', r->number, r->revision,
+		       r->made_by, *r->made_from ? r->made_from : "a rig from before");
 	else
 		printf("%c %04u  %s  rms %s px, held out %s px, worst %s mm, %s poses%s\n",
 		       r->in_force ? '*' : ' ', r->number, r->revision, r->rms_px, r->held_out_px,

@@ -175,6 +175,11 @@ static int report_error(const char *error, const json_t *parameters)
 		      stderr);
 		return EXIT_CODE_RUNNING;
 	}
+	if (strcmp(error, "org.stage.Control.NoShot") == 0) {
+		fputs("stagectl: the station solved no shot in time: stagectl status says why\n",
+		      stderr);
+		return EXIT_CODE_DEVICE;
+	}
 	if (strcmp(error, "org.stage.Control.PermissionDenied") == 0) {
 		fprintf(stderr,
 			"stagectl: not permitted: it takes the group %s; add yourself to it and "

@@ -28,6 +28,8 @@ static const struct verb verbs[] = {
 	 verb_calibrate_cameras},
 	{"calibrate actor", "NAME", "Learns an actor's neutral and the range of motion of the face",
 	 verb_calibrate_actor},
+	{"calibrate refine", "", "Puts cameras right that were bumped or drifted, by the markers",
+	 verb_calibrate_refine},
 	{"calibrate list", "CONFIG|RIG", "Lists the revisions of a rig", verb_calibrate_list},
 	{"calibrate show", "CONFIG|RIG", "Says what a revision was made from and is worth",
 	 verb_calibrate_show},

@@ -24,6 +24,8 @@ struct replay {
 	struct tracker_state tracker;
 	struct tracker_scratch *scratch;
 	struct marker_set set;
+	struct shot shot;
+	uint32_t taken_mask; /* whose sets are still to be popped */
 	struct replay_count count;
 };
 
@@ -40,12 +42,10 @@ struct replay_count replay_count(const struct replay *r)
 static void track_shot(struct replay *r, const struct sync_decision *decision,
 		       const struct blob_set *const *sets)
 {
-	struct shot shot;
-
-	shot_gather(&shot, decision, sets, r->stage.config.camera_count, r->stage.ir_mask);
-	tracker_run(&r->tracker, r->scratch, &r->stage.tracking, &shot, &r->set);
+	shot_gather(&r->shot, decision, sets, r->stage.config.camera_count, r->stage.ir_mask);
+	tracker_run(&r->tracker, r->scratch, &r->stage.tracking, &r->shot, &r->set);
 	r->count.shots++;
-	r->count.incomplete += shot.missing_mask != 0;
+	r->count.incomplete += r->shot.missing_mask != 0;
 }
 
 /* Every camera has shown its front or has ended, so sync never needs to wait. */
@@ -57,17 +57,22 @@ static enum sync_result next_result(struct replay *r)
 	struct sync_decision decision;
 
 	for (uint32_t c = 0; c < camera_count; c++) {
+		if (r->taken_mask >> c & 1)
+			recording_pop(r->recording, c);
 		sets[c] = recording_peek(r->recording, c);
 		fronts[c] = front_of_queue(sets[c], true);
 	}
 	enum sync_result result = sync_next(&r->sync, fronts, camera_count, NULL, false, &decision);
 	if (result == SYNC_SHOT)
 		track_shot(r, &decision, sets);
-	for (uint32_t c = 0; c < camera_count; c++)
-		if ((decision.member_mask | decision.stale_mask) >> c & 1)
-			recording_pop(r->recording, c);
+	r->taken_mask = decision.member_mask | decision.stale_mask;
 	r->count.stale += (uint64_t)__builtin_popcount(decision.stale_mask);
 	return result;
+}
+
+const struct shot *replay_shot(const struct replay *r)
+{
+	return &r->shot;
 }
 
 const struct marker_set *replay_next(struct replay *r)

@@ -26,6 +26,9 @@ void replay_close(struct replay *replay); /* accepts NULL */
 const struct stage *replay_stage(const struct replay *replay);
 struct replay_count replay_count(const struct replay *replay);
 
+/* The shot that replay_next() was made of; valid as long as that. */
+const struct shot *replay_shot(const struct replay *replay);
+
 /* The next shot, or NULL at the end; valid until the next call. */
 const struct marker_set *replay_next(struct replay *replay);
 

@@ -367,9 +367,39 @@ static void answer_previews(struct control *control)
 	}
 }
 
+static void answer_observer(struct control_client *client, bool ready)
+{
+	json_t *reply = observe_reply(client->control->context.station, ready);
+
+	client->wait = (struct wait){0};
+	if (client_reply(client, reply))
+		client_work(client);
+}
+
+static void answer_observers(struct control *control)
+{
+	struct shot_copy *copy = &control->context.station->shot_copy;
+	bool waits[CONTROL_CLIENT_MAX];
+
+	if (!shot_copy_ready(copy))
+		return;
+	/* looked up first: answering one client may ask for the next shot */
+	for (int i = 0; i < CONTROL_CLIENT_MAX; i++)
+		waits[i] =
+			control->clients[i].fd >= 0 && control->clients[i].wait.kind == WAIT_SHOT;
+	for (int i = 0; i < CONTROL_CLIENT_MAX; i++)
+		if (waits[i])
+			answer_observer(&control->clients[i], true);
+	shot_copy_done(copy);
+	for (int i = 0; i < CONTROL_CLIENT_MAX; i++)
+		if (control->clients[i].fd >= 0 && control->clients[i].wait.kind == WAIT_SHOT)
+			shot_copy_request(copy);
+}
+
 void control_answer_waiting(struct control *control)
 {
 	answer_rig(control);
+	answer_observers(control);
 	answer_previews(control);
 }
 
@@ -391,6 +421,8 @@ static void client_tick(struct control_client *client, int64_t now_ns)
 		client_cut_off(client);
 	else if (client->wait.kind == WAIT_PREVIEW && still_ns > PREVIEW_WAIT_NS)
 		answer_preview(client, false);
+	else if (client->wait.kind == WAIT_SHOT && still_ns > PREVIEW_WAIT_NS)
+		answer_observer(client, false);
 	else if (client->wait.kind == WAIT_STATUS)
 		answer_follower(client);
 }

@@ -114,6 +114,7 @@ static const struct method {
 	{"org.stage.Control.GetStatus", PERMISSION_LOOK, get_status},
 	{"org.stage.Control.Preview", PERMISSION_LOOK, control_preview},
 	{"org.stage.Control.Pictures", PERMISSION_LOOK, pictures},
+	{"org.stage.Control.Observe", PERMISSION_LOOK, control_observe},
 	{"org.stage.Control.Start", PERMISSION_COMMAND, start},
 	{"org.stage.Control.Calibrate", PERMISSION_COMMAND, calibrate},
 	{"org.stage.Control.Stop", PERMISSION_COMMAND, stop},

@@ -19,6 +19,7 @@ struct control_context {
 enum wait_kind {
 	WAIT_NONE,
 	WAIT_PREVIEW, /* preview_reply() once the camera's image is there */
+	WAIT_SHOT,    /* observe_reply() once a shot was copied */
 	WAIT_RIG,     /* rig_reply() once it is swapped, or that failed */
 	WAIT_STATUS,  /* status_reply() every second, until the client goes */
 };
@@ -46,6 +47,7 @@ json_t *control_call(const struct control_context *context, enum permission perm
 
 /* The methods that have a file of their own. */
 json_t *control_preview(struct call *call);
+json_t *control_observe(struct call *call);
 json_t *control_reload_rig(struct call *call);
 json_t *control_set_mask(struct call *call);
 
@@ -58,6 +60,9 @@ json_t *failed_reply(enum exit_code code, const struct diag *diag);
 /* The reply as text, the caller's; NULL without memory. `ready`: the camera's preview slot, or its
  * pool, holds an image; else the reply says that none came. */
 char *preview_reply(struct station *station, int camera, bool ready);
+
+/* The shot that was copied; not `ready`: that none came. */
+json_t *observe_reply(const struct station *station, bool ready);
 
 /* To ReloadRig, when `state` is DONE or FAILED. */
 json_t *rig_reply(const struct station *station, enum rig_swap_state state);

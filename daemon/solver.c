@@ -156,6 +156,7 @@ static void track(struct solver *solver, const struct sync_decision *decision,
 	hd_plan_stamp(&solver->hd, set);
 	set->run = solver->run.number;
 	set->rig_serial = solver->rig->serial;
+	shot_copy_take(solver->shot_copy, &shot, set);
 	clock_hold(); /* until station_pop_set() */
 	ring_publish(&solver->sets);
 	eventfd_write(solver->control_wake_fd, 1);
@@ -254,14 +255,15 @@ static void run_solver(void *argument)
 }
 
 int solver_init(struct solver *solver, const struct stage *stage, struct handover *rigs,
-		struct capture *captures, struct pulses *pulses, int control_wake_fd,
-		uint32_t queue_length)
+		struct capture *captures, struct pulses *pulses, struct shot_copy *shot_copy,
+		int control_wake_fd, uint32_t queue_length)
 {
 	memset(solver, 0, sizeof(*solver));
 	solver->stage = stage;
 	solver->rigs = rigs;
 	solver->captures = captures;
 	solver->pulses = pulses;
+	solver->shot_copy = shot_copy;
 	solver->control_wake_fd = control_wake_fd;
 	int err = tracker_scratch_create(&solver->scratch);
 	if (!err)

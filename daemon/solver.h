@@ -15,6 +15,7 @@
 #include "daemon/pulses.h"
 #include "daemon/realtime.h"
 #include "daemon/shot_book.h"
+#include "daemon/shot_copy.h"
 #include "daemon/warm_up.h"
 #include "track/sync.h"
 
@@ -32,6 +33,7 @@ struct solver {
 	struct handover *rigs; /* of const struct live_rig */
 	struct capture *captures;
 	struct pulses *pulses; /* NULL when no trigger reports edges */
+	struct shot_copy *shot_copy;
 	int control_wake_fd;
 	int64_t deadline_ns; /* after the oldest front was found */
 	struct tracker_scratch *scratch;
@@ -61,8 +63,8 @@ struct solver {
 
 /* Control thread. Returns 0 or -ENOMEM. */
 int solver_init(struct solver *solver, const struct stage *stage, struct handover *rigs,
-		struct capture *captures, struct pulses *pulses, int control_wake_fd,
-		uint32_t queue_length);
+		struct capture *captures, struct pulses *pulses, struct shot_copy *shot_copy,
+		int control_wake_fd, uint32_t queue_length);
 void solver_finish(struct solver *solver); /* a zeroed solver is fine */
 
 /* Forgets the run before: counters, shot numbers, what was tracked. Marker sets that still wait for

@@ -140,7 +140,7 @@ static int init_solver(struct station *station)
 	return err ? err
 		   : solver_init(&station->solver, &station->stage, &station->rig_swap.handover,
 				 station->captures, has_edges ? &station->pulses : NULL,
-				 station->wake_fd, queue_length(station));
+				 &station->shot_copy, station->wake_fd, queue_length(station));
 }
 
 /* Only where the trigger sets the pace: cameras that run free have their own. */

@@ -23,6 +23,7 @@ struct station {
 	struct capture captures[CAMERA_MAX]; /* of stage.config.camera_count */
 	struct pulses pulses;
 	struct solver solver;
+	struct shot_copy shot_copy;
 	struct reopener reopener;
 	struct trigger_reopener trigger_reopener;
 	struct rig_swap rig_swap;
