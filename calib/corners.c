@@ -199,7 +199,7 @@ int corner_finder_is_mirrored(struct corner_finder *finder, const struct grey_im
 		for (size_t x = 0; x < width; x++)
 			pixels[y * width + x] =
 				image->pixels[y * (size_t)image->stride_bytes + width - 1 - x];
-	struct grey_image flipped = {pixels, image->width_px, image->height_px, image->width_px};
+	struct grey_image flipped = {pixels, image->width_px, image->height_px, image->width_px, 8};
 	int err = tag_finder_run(finder->tag_finder, &flipped, 1, &finder->tags);
 	free(pixels);
 	if (!err)

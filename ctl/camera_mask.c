@@ -55,7 +55,7 @@ static bool take_image(const struct fed_image *image, void *user)
 {
 	struct looking *looking = user;
 	struct grey_image grey = {image->pixels, image->width_px, image->height_px,
-				  image->stride_bytes};
+				  image->stride_bytes, 8};
 
 	looking->failed = (!looking->blobs && look_with(looking, image) < 0) ||
 			  image->width_px != looking->width_px ||

@@ -22,6 +22,15 @@ static int refuse_colour(const char *camera)
 	return EXIT_CODE_USAGE;
 }
 
+static int refuse_words(const char *address)
+{
+	fprintf(stderr,
+		"stagectl: %s gives pixels of 16 bits alone: ask for the camera by its name while "
+		"the station runs, which hands out 8 of them\n",
+		address);
+	return EXIT_CODE_USAGE;
+}
+
 static int feed_from_station(const char *name, const char *socket_dir, frame_feed_fn *take,
 			     void *user)
 {
@@ -81,6 +90,8 @@ static int feed_camera(const char *address, struct camera *camera, frame_feed_fn
 	struct camera_mode wanted = {.format = PIXEL_GREY8}, granted;
 	int err = camera->driver->configure(camera, &wanted, &granted, diag);
 
+	if (!err && granted.format == PIXEL_GREY16)
+		return refuse_words(address);
 	if (!err && granted.format != PIXEL_GREY8)
 		return refuse_colour(address);
 	if (!err)

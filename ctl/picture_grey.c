@@ -105,7 +105,7 @@ static int fill(const struct frame *frame, uint8_t *out)
 int picture_grey(struct grey_room *room, const struct frame *frame, struct grey_image *image)
 {
 	struct grey_image made = {frame->pixels, frame->width_px, frame->height_px,
-				  frame->stride_bytes};
+				  frame->stride_bytes, 8};
 
 	if (frame->format != PIXEL_GREY8) {
 		int err = make_room(room, (size_t)frame->width_px * (size_t)frame->height_px);

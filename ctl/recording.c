@@ -13,6 +13,7 @@
 
 #include "base/clock.h"
 #include "base/ring.h"
+#include "drivers/frame_image.h"
 
 #define READ_AHEAD 8
 #define ACQUIRE_TIMEOUT_NS NS_PER_S
@@ -77,10 +78,9 @@ static int read_set(struct reader *reader, struct blob_set *set)
 	if (err)
 		return err == -EBADMSG ? 0 : err;
 	bool whole = frame.width_px == mode->width_px && frame.height_px == mode->height_px &&
-		     frame.format == PIXEL_GREY8;
+		     pixels_are_grey(frame.format);
 	if (whole) {
-		struct grey_image image = {frame.pixels, frame.width_px, frame.height_px,
-					   frame.stride_bytes};
+		struct grey_image image = frame_grey_image(&frame);
 
 		fill_set(set, &frame);
 		blob_finder_run(reader->finder, &image, set);

@@ -32,7 +32,7 @@ void snapshot_finish(struct snapshot *snapshot)
 
 static int find_blobs(struct snapshot *out)
 {
-	struct grey_image image = {out->pixels, out->width_px, out->height_px, out->width_px};
+	struct grey_image image = {out->pixels, out->width_px, out->height_px, out->width_px, 8};
 	struct blob_settings settings = blob_settings_default();
 	struct blob_finder *finder;
 	int err = blob_finder_create(&finder, out->width_px, out->height_px, &settings);

@@ -10,6 +10,7 @@
 
 #include "base/clock_virtual.h"
 #include "base/realtime.h"
+#include "drivers/frame_image.h"
 
 #define ACQUIRE_TIMEOUT_NS (100 * NS_PER_MS)
 #define TIME_OFF_MAX_NS NS_PER_S
@@ -72,8 +73,7 @@ static void copy_preview(struct capture *capture, const struct frame *frame,
 /* Fills a set in place, in the ring. NULL when the ring is full. */
 static struct blob_set *find_blobs(struct capture *capture, const struct frame *frame)
 {
-	struct grey_image image = {frame->pixels, frame->width_px, frame->height_px,
-				   frame->stride_bytes};
+	struct grey_image image = frame_grey_image(frame);
 	struct blob_set *set = ring_claim(&capture->sets);
 
 	if (!set) {

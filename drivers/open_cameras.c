@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "drivers/frame_image.h"
+
 static int check_images(const struct stage *stage, uint32_t index,
 			const struct camera_mode *granted, struct diag *diag)
 {
@@ -22,12 +24,12 @@ static int check_images(const struct stage *stage, uint32_t index,
 	}
 	if (camera->role != ROLE_IR)
 		return 0;
-	if (granted->format != PIXEL_GREY8) {
-		diag_add(diag,
-			 "camera %s: %s does not deliver 8-bit grey images, which an IR camera "
-			 "must; "
-			 "set its pixel format to Mono8 or its role to hd",
-			 camera->name, camera->address);
+	if (!pixels_are_grey(granted->format)) {
+		diag_add(
+			diag,
+			"camera %s: %s delivers no grey images of 8 or 16 bits, which an IR camera "
+			"must; set its pixel format to Mono8 or its role to hd",
+			camera->name, camera->address);
 		return -EINVAL;
 	}
 	if (!stage->has_rig)

@@ -141,6 +141,7 @@ static void find_blobs(struct sim_play *play, uint64_t shot, uint32_t c, sim_fau
 	image.pixels = sim_picture_take(play->pictures[c], shot, faults, &image.width_px,
 					&image.height_px);
 	image.stride_bytes = image.width_px;
+	image.bits = 8;
 	set->shot = set->device_seq = shot;
 	set->mid_exposure_ns = sim_scene_mid_exposure_ns(play->scene, shot);
 	set->uncertainty_ns = 1000;

@@ -14,13 +14,15 @@
 
 #include "track/observe.h"
 
-/* A grey image, rows of 8 bits, borrowed. */
+/* A grey image, borrowed: rows of bytes, or of little-endian words on an even address. */
 struct grey_image {
 	const uint8_t *pixels;
 	int width_px, height_px;
 	int stride_bytes;
+	int bits; /* of a grey value: 9 to 16 in words; up to 8 (0 too) in bytes */
 };
 
+/* Grey values here are 256ths of the full scale, however many bits a pixel has. */
 struct blob_settings {
 	double threshold_sigma; /* detection level above the background; default 6 */
 	double threshold_min;   /* grey values; at least this far above the background; default 8 */
@@ -41,6 +43,6 @@ void blob_finder_destroy(struct blob_finder *finder);
 
 /* Fills blobs, blob_count and blobs_lost of `set`, ordered by their topmost row, then from left
  * to right; leaves the other fields alone. Real-time safe. The image must have the size that the
- * finder was made for. */
+ * finder was made for; its pixels may have any number of bits. */
 void blob_finder_run(struct blob_finder *finder, const struct grey_image *image,
 		     struct blob_set *set);

@@ -14,12 +14,12 @@
 #define POINT_VARIANCE_PX2 0.6f         /* no spot is sharper than a pixel */
 #define SHAPELESS_AREA_PX2 6
 #define LARGE_SNR 60 /* from here on the window need not fear noise, only the pixel grid */
-#define STEEP 0.04f  /* grey values per pixel */
+#define STEEP 0.04f  /* 256ths per pixel */
 #define CRUMB_PX2 8
 #define CRUMB_GAP_PX 5
 #define TILT_OF_SADDLE 0.40f /* measured on pairs of equal spots */
 #define TILT_OF_STEP 0.6f    /* measured on spots across a sharp rim */
-#define STEP_MIN 6           /* grey values; below, a slope that the plane follows */
+#define STEP_MIN 6           /* 256ths; below, a slope that the plane follows */
 #define STEPS_MAX 4
 #define STEP_SMALL_PX 0.1f
 
@@ -35,7 +35,9 @@ static float at_most(float v, float high)
 
 static int value_at(const struct grey_image *image, int x, int y)
 {
-	return image->pixels[(ptrdiff_t)y * image->stride_bytes + x];
+	int value = grey_row(image, y)[x], white = grey_white(image);
+
+	return value < white ? value : white;
 }
 
 /* A hot pixel stands alone; optics spread even a point of light over its neighbours. */
@@ -160,7 +162,7 @@ static void find_shape(const struct spot *spot, float background, struct shape *
 /* The kernel for a shape, no wider than `clear_px` around the centre. Returns false when that
  * leaves too little of the spot. */
 static bool make_kernel(const struct spot *spot, const struct shape *shape, float clear_px,
-			float snr, struct kernel *kernel)
+			float snr, int white, struct kernel *kernel)
 {
 	/* By flatness, in steps of a quarter; the window's size over the spot's. */
 	static const float scales[] = {1.75f, 1.8f, 1.8f, 1.6f};
@@ -174,7 +176,7 @@ static bool make_kernel(const struct spot *spot, const struct shape *shape, floa
 		return false;
 	if (i == PROFILE_HILL)
 		scale += 0.6f * at_most(snr / LARGE_SNR, 1);
-	if (spot->peak == 255) { /* clipping makes sharp edges, which only a wide window bears */
+	if (spot->peak == white) { /* clipping makes sharp edges, which only a wide window bears */
 		i = PROFILE_RING;
 		scale = 2.6f;
 	}
@@ -218,7 +220,7 @@ static void find_background(const struct spot *spot, const struct spot_scene *sc
 	float middle_y = 0.5f * (float)(spot->y0 + spot->y1 - 1);
 
 	fit->surround = fit->contrast = 0;
-	if (fabsf(plane.slope_x) + fabsf(plane.slope_y) > STEEP &&
+	if (fabsf(plane.slope_x) + fabsf(plane.slope_y) > STEEP * grey_unit(scene->image) &&
 	    ring_background(scene->image, spot, &plane, &fit->surround, &fit->contrast))
 		plane.value += (fit->x_px - middle_x) * plane.slope_x +
 			       (fit->y_px - middle_y) * plane.slope_y;
@@ -227,10 +229,10 @@ static void find_background(const struct spot *spot, const struct spot_scene *sc
 
 /* How far a merged neighbour's skirt, or the step of a rim below the spot, may pull the centroid:
  * in standard deviations of the spot's light. */
-static float tilt_of(const struct spot *spot, const struct fit *fit, float height)
+static float tilt_of(const struct spot *spot, const struct fit *fit, float height, float unit)
 {
 	float saddle = ((float)spot->level - fit->background.value) / height;
-	float step = at_least(fit->contrast - STEP_MIN, 0) / height;
+	float step = at_least(fit->contrast - STEP_MIN * unit, 0) / height;
 
 	return (spot->merged ? TILT_OF_SADDLE * saddle * saddle : 0) + TILT_OF_STEP * step;
 }
@@ -249,13 +251,15 @@ void spot_prepare(const struct spot *spot, const struct spot_scene *scene, float
 	out->kernel.electrons_per_grey = (float)scene->settings->electrons_per_grey;
 	height = (float)spot->peak - out->background.value;
 	find_shape(spot, out->background.value, &shape);
-	out->tilt_px = sqrtf(0.5f * (shape.xx + shape.yy)) * tilt_of(spot, out, height);
+	out->tilt_px = sqrtf(0.5f * (shape.xx + shape.yy)) *
+		       tilt_of(spot, out, height, grey_unit(scene->image));
 	out->shape_px2[0] = shape.xx;
 	out->shape_px2[1] = shape.xy;
 	out->shape_px2[2] = shape.yy;
-	out->windowed = make_kernel(spot, &shape, clear_px,
-				    height / sqrtf(out->kernel.noise_variance), &out->kernel) &&
-			place_window(scene->image, out);
+	out->windowed =
+		make_kernel(spot, &shape, clear_px, height / sqrtf(out->kernel.noise_variance),
+			    grey_white(scene->image), &out->kernel) &&
+		place_window(scene->image, out);
 }
 
 void spot_step(const struct spot_scene *scene, struct fit *fit)
@@ -288,7 +292,7 @@ static int flags_of(const struct spot *spot, const struct grey_image *image)
 {
 	int flags = 0;
 
-	if (spot->peak == 255)
+	if (spot->peak == grey_white(image))
 		flags |= BLOB_SATURATED;
 	if (spot->merged)
 		flags |= BLOB_MERGED;
@@ -319,7 +323,8 @@ bool spot_finish(const struct spot *spot, const struct spot_scene *scene, struct
 		.sigma_px =
 			sqrtf(fit->variance + floor_px * floor_px + fit->tilt_px * fit->tilt_px),
 		.area_px2 = (float)spot->area_px2,
-		.peak = (uint16_t)at_least((float)spot->peak - fit->background.value, 0),
+		.peak = (uint16_t)at_least(
+			((float)spot->peak - fit->background.value) / grey_unit(scene->image), 0),
 		.flags = (uint16_t)flags,
 		.shape_px2 = {fit->shape_px2[0], fit->shape_px2[1], fit->shape_px2[2]},
 	};

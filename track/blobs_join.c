@@ -129,7 +129,7 @@ static uint32_t touched_spot(struct run_table *table, const struct run *run)
 	return spot;
 }
 
-static void add_run(struct run_table *table, int y, int x0, int x1, uint8_t level)
+static void add_run(struct run_table *table, int y, int x0, int x1, grey level)
 {
 	uint32_t r = table->run_count, spot;
 	struct run *run = &table->runs[r];
@@ -157,7 +157,7 @@ static void add_run(struct run_table *table, int y, int x0, int x1, uint8_t leve
 	run->spot = spot;
 }
 
-void run_table_add(struct run_table *table, int y, int x, uint64_t mask, const uint8_t *level)
+void run_table_add(struct run_table *table, int y, int x, uint64_t mask, const grey *level)
 {
 	while (mask) {
 		int from = __builtin_ctzll(mask);

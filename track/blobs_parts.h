@@ -10,15 +10,19 @@
 
 #include "track/blobs.h"
 
-#ifdef BLOBS_WIDE
-#include "track/blobs_wide.h"
+#include "track/blobs_builds.h"
+
+#ifdef BLOBS_DEEP
+#include "track/blobs_grey16.h"
+#else
+#include "track/blobs_grey8.h"
 #endif
 
 #define CELL_PX 16 /* the threshold is constant over one cell */
 #define NODE_REACH_PX (2 * CELL_PX)
 #define GROUP_PX 64 /* the scan looks at so many pixels at once */
 #define CELLS_PER_GROUP (GROUP_PX / CELL_PX)
-#define BACKGROUND_SPAN 80 /* nodes further above the median than this lie on a lamp */
+#define BACKGROUND_SPAN 80 /* 256ths; nodes further above the median than this lie on a lamp */
 #define SURVEY_ROWS 4      /* rows of nodes that are measured before the scan */
 #define PATCH_PX 16
 #define PATCH_ABOVE 2
@@ -49,7 +53,7 @@ static inline void feed_on(struct feed *feed)
 struct level_node {
 	uint32_t epoch;   /* of the image it was measured in */
 	float background; /* grey values */
-	uint8_t limit;    /* the threshold: what is above is bright */
+	uint16_t limit;   /* the threshold: what is above is bright */
 };
 
 /* Nodes stand GROUP_PX apart in x and CELL_PX in y: node (i, j) at pixel (64 i + 7.5, 16 j + 7.5).
@@ -60,14 +64,11 @@ struct level_map {
 	uint32_t epoch;                 /* counts images; says only which nodes are known */
 	struct level_node *nodes;       /* [y_count][x_count] */
 	int survey_y[SURVEY_ROWS];      /* top rows of the cell rows surveyed */
-	uint8_t *survey;                /* [SURVEY_ROWS][x_count], backgrounds, rounded */
+	uint16_t *survey;               /* [SURVEY_ROWS][x_count], backgrounds, rounded */
 	float background_median;
 	float noise_sigma; /* grey values, at background_median, quantisation included */
 	float margin[BACKGROUND_SPAN + 1]; /* threshold over background, so far above the median */
 };
-
-int level_map_init(struct level_map *map, int width_px, int height_px);
-void level_map_finish(struct level_map *map);
 
 /* Starts a new image: its median background and noise, from SURVEY_ROWS rows of nodes. */
 void level_map_start(struct level_map *map, const struct grey_image *image,
@@ -78,10 +79,10 @@ void level_map_expect(const struct level_map *map, int cell_y);
 
 /* Levels that nothing dark exceeds and every spot does, one per group, repeated CELL_PX times, good
  * from row y on; returns the row where they end. */
-int level_map_coarse(const struct level_map *map, int y, uint8_t *groups);
+int level_map_coarse(const struct level_map *map, int y, grey *groups);
 
 /* Thresholds of the group's cells in the cell row `cell_y`, one per pixel. */
-void level_map_cells(const struct level_map *map, int cell_y, int group, uint8_t cells[GROUP_PX]);
+void level_map_cells(const struct level_map *map, int cell_y, int group, grey cells[GROUP_PX]);
 
 /* The background as a plane around some point: grey values there, and per pixel. */
 struct plane {
@@ -91,27 +92,59 @@ struct plane {
 /* The background around (x, y); looks at pixels up to NODE_REACH_PX below. */
 struct plane level_map_plane(const struct level_map *map, float x_px, float y_px);
 
+/* Row y; all rows begin at an even address when pixels are words. */
+static inline const grey *grey_row(const struct grey_image *image, int y)
+{
+	return (const grey *)(const void *)(image->pixels + (ptrdiff_t)y * image->stride_bytes);
+}
+
+/* Batcher's merge sort of eight, less what does not reach the middle. */
+static const uint8_t median_net[][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3},
+					{4, 6}, {5, 7}, {1, 2}, {5, 6}, {0, 4}, {1, 5},
+					{2, 6}, {3, 7}, {2, 4}, {3, 5}, {3, 4}};
+#define MEDIAN_NET_COUNT (sizeof(median_net) / sizeof(median_net[0]))
+
+/* The background at node (i, j): the mean of 16 medians of 8 pixels each, side by side around it;
+ * an outlier area must cover a third of them to be felt. */
+float sample_level(const struct grey_image *image, int i, int j);
+
+/* Those of nodes (i, j) and (i + 1, j). */
+void sample_two_levels(const struct grey_image *image, int i, int j, float out[2]);
+
+#define DIFFERENCE_COUNT 28
+
+/* Sum of DIFFERENCE_COUNT differences of pixels two apart around a node, where no lens blur ties
+ * them. */
+int sample_noise(const struct grey_image *image, int i, int j);
+
+/* A row of pixels through the nodes of cell row j. */
+static inline const grey *sampled_row(const struct grey_image *image, int j)
+{
+	int y = CELL_PX * j + CELL_PX / 2;
+
+	return grey_row(image, y < image->height_px ? y : image->height_px - 1);
+}
+
 /* A group of pixels that may hold something bright. */
 struct candidate {
 	uint16_t y, group;
 };
 
-/* Writes the groups of row y that hold a pixel above the group's level (CELL_PX times the same
- * byte) and returns how many; `out` has room for all. */
-size_t blob_scan(const uint8_t *row, int y, const uint8_t *levels, int group_count,
+/* Writes the groups of row y that hold a pixel above the group's level (CELL_PX times the same) and
+ * returns how many; `out` has room for all. */
+size_t blob_scan(const grey *row, int y, const grey *levels, int group_count,
 		 struct candidate *out);
 
 /* Bit b of the result: pixel b of the group is above level[b]. */
-uint64_t blob_mask(const uint8_t *pixels, const uint8_t *level);
+uint64_t blob_mask(const grey *pixels, const grey *level);
 
 /* The same of `row_count` rows, all masks together. */
-uint64_t blob_mask_rows(const uint8_t *pixels, ptrdiff_t stride_bytes, int row_count,
-			const uint8_t *level);
+uint64_t blob_mask_rows(const grey *pixels, ptrdiff_t stride_bytes, int row_count,
+			const grey *level);
 
 /* Pixels [x0, x1) of row y, all above the level. */
 struct run {
-	uint16_t y, x0, x1;
-	uint8_t level;
+	uint16_t y, x0, x1, level;
 	uint32_t spot; /* or SPOT_NONE; ask spot_root() */
 	uint32_t next; /* of the same spot; RUN_NONE ends */
 };
@@ -154,7 +187,7 @@ void run_table_start(struct run_table *table);
 
 /* Adds the runs of pixels [x, x + GROUP_PX) of row y and joins them to what they touch (8
  * neighbours); in raster order. `level` is of pixel x on. */
-void run_table_add(struct run_table *table, int y, int x, uint64_t mask, const uint8_t *level);
+void run_table_add(struct run_table *table, int y, int x, uint64_t mask, const grey *level);
 
 /* Empties the table. */
 void run_table_reset(struct run_table *table);
@@ -163,7 +196,7 @@ void run_table_reset(struct run_table *table);
  * its threshold. Looks at PATCH_PX pixels square around it, PATCH_ABOVE rows above the first; when
  * they hold one spot without holes and nothing else, appends it, summed, and returns true. */
 bool run_table_add_patch(struct run_table *table, const struct grey_image *image, int x, int y,
-			 uint8_t level, struct feed *feed);
+			 grey level, struct feed *feed);
 
 /* Whether the spot is surely one above this level; false: it must be looked at. */
 bool spot_is_whole(const struct spot *spot, const struct grey_image *image, int level);
@@ -173,6 +206,9 @@ void spot_area_moments(struct spot *spot);
 
 uint32_t spot_root(struct run_table *table, uint32_t spot);
 
+/* The light of a spot: w, wx, wy and the peak. Returns false when it is too large for this way. */
+bool spot_sum_short(struct spot *spot, const struct run *runs, const struct grey_image *image);
+
 /* Fills the sums of a spot whose runs, box and level are set. */
 void spot_sum(struct spot *spot, const struct run *runs, const struct grey_image *image);
 
@@ -180,7 +216,7 @@ void spot_sum(struct spot *spot, const struct run *runs, const struct grey_image
 struct spot_scene {
 	const struct grey_image *image;
 	const struct level_map *map;
-	const struct blob_settings *settings;
+	const struct blob_settings *settings; /* in the pixel's own values */
 	const struct run *runs;
 	struct feed *feed;
 };
@@ -308,18 +344,28 @@ struct claim {
 /* What the rows so far have said about a column of groups. */
 struct group_state {
 	struct claim claims[CLAIM_COUNT];
-	int cells_y;             /* cell row that the levels are of */
-	int long_way_y;          /* last row in which the group had runs */
-	int quiet_y;             /* down to here it is known to hold nothing new */
-	uint8_t cells[GROUP_PX]; /* level of each pixel */
+	int cells_y;              /* cell row that the levels are of */
+	int long_way_y;           /* last row in which the group had runs */
+	int quiet_y;              /* down to here it is known to hold nothing new */
+	uint16_t cells[GROUP_PX]; /* room for the level of each pixel: group_cells() */
+};
+
+static inline grey *group_cells(struct group_state *state)
+{
+	return (grey *)(void *)state->cells;
+}
+
+/* The finder for pixels of 8 bits and of 16. */
+struct blob_builds {
+	blob_run_fn *grey8, *grey16;
 };
 
 struct blob_finder {
 	struct blob_settings settings;
 	int width_px, height_px, group_count;
-	blob_run_fn *run;
+	struct blob_builds builds;
 	struct level_map map;
-	uint8_t *coarse;            /* levels of the current rows, per group */
+	void *coarse;               /* greys: levels of the current rows, per group */
 	struct group_state *groups; /* [group_count] */
 	size_t candidate_count, candidates_done;
 	struct candidate *candidates; /* room for every group of the image */
@@ -328,8 +374,9 @@ struct blob_finder {
 	struct measurer measurer;
 };
 
-/* The builds give the same bits; best: on this processor. */
-blob_run_fn *blob_run_best(void);
+/* Wide and narrow builds give the same bits; the best on this processor, and the narrow ones. */
+struct blob_builds blob_builds_best(void);
+struct blob_builds blob_builds_any(void);
 
 /* For tests. */
-void blob_finder_use(struct blob_finder *finder, blob_run_fn *run);
+void blob_finder_use(struct blob_finder *finder, struct blob_builds builds);

@@ -222,7 +222,7 @@ static void set_area(struct spot *spot, const struct column_sums *sums)
 }
 
 static struct spot *append_spot(struct run_table *table, const struct patch *patch, int x, int y,
-				uint8_t level)
+				grey level)
 {
 	uint32_t s = table->spot_count++;
 	struct spot *spot = &table->spots[s];
@@ -239,7 +239,7 @@ static struct spot *append_spot(struct run_table *table, const struct patch *pat
 }
 
 bool run_table_add_patch(struct run_table *table, const struct grey_image *image, int x, int y,
-			 uint8_t level, struct feed *feed)
+			 grey level, struct feed *feed)
 {
 	int left = x - PATCH_PX / 2, top = y - PATCH_ABOVE, side, height;
 	struct column_sums sums;

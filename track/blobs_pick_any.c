@@ -3,7 +3,14 @@
  */
 #include "track/blobs_parts.h"
 
-blob_run_fn *blob_run_best(void)
+blob_run_fn blob_run_deep;
+
+struct blob_builds blob_builds_any(void)
 {
-	return blob_run;
+	return (struct blob_builds){blob_run, blob_run_deep};
+}
+
+struct blob_builds blob_builds_best(void)
+{
+	return blob_builds_any();
 }

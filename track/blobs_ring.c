@@ -12,7 +12,7 @@
 /* Median of the pixels [x0, x1) by [y0, y1) that lie in the image, or -1 when there are none. */
 static int median_of(const struct grey_image *image, int x0, int x1, int y0, int y1)
 {
-	int bins[256] = {0}, count = 0, below = 0, value = 0;
+	int bins[GREY_BINS] = {0}, count = 0, below = 0, bin = 0;
 
 	x0 = x0 > 0 ? x0 : 0;
 	y0 = y0 > 0 ? y0 : 0;
@@ -20,12 +20,12 @@ static int median_of(const struct grey_image *image, int x0, int x1, int y0, int
 	y1 = y1 < image->height_px ? y1 : image->height_px;
 	for (int y = y0; y < y1; y++)
 		for (int x = x0; x < x1; x++, count++)
-			bins[image->pixels[(ptrdiff_t)y * image->stride_bytes + x]]++;
+			bins[grey_bin(image, grey_row(image, y)[x])]++;
 	if (!count)
 		return -1;
-	while (2 * (below += bins[value]) < count)
-		value++;
-	return value;
+	while (2 * (below += bins[bin]) < count)
+		bin++;
+	return bin << grey_bin_shift(image);
 }
 
 bool ring_background(const struct grey_image *image, const struct spot *spot, struct plane *out,

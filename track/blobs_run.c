@@ -12,15 +12,14 @@
 
 /* The pixels of a group; those of a group cut by the image's border are copied and padded with
  * black. */
-static const uint8_t *group_pixels(const struct grey_image *image, int y, int x,
-				   uint8_t padded[GROUP_PX])
+static const grey *group_pixels(const struct grey_image *image, int y, int x, grey padded[GROUP_PX])
 {
-	const uint8_t *p = image->pixels + (ptrdiff_t)y * image->stride_bytes + x;
+	const grey *p = grey_row(image, y) + x;
 
 	if (x + GROUP_PX <= image->width_px)
 		return p;
-	memset(padded, 0, GROUP_PX);
-	memcpy(padded, p, (size_t)(image->width_px - x));
+	memset(padded, 0, GROUP_PX * sizeof(*p));
+	memcpy(padded, p, (size_t)(image->width_px - x) * sizeof(*p));
 	return padded;
 }
 
@@ -29,11 +28,11 @@ static size_t scan_tail(struct blob_finder *finder, const struct grey_image *ima
 			struct candidate *out)
 {
 	int whole = image->width_px / GROUP_PX;
-	uint8_t padded[GROUP_PX];
+	grey padded[GROUP_PX];
 
 	if (whole == finder->group_count ||
 	    !blob_scan(group_pixels(image, y, whole * GROUP_PX, padded), y,
-		       finder->coarse + (size_t)whole * CELL_PX, 1, out))
+		       (const grey *)finder->coarse + (size_t)whole * CELL_PX, 1, out))
 		return 0;
 	out->group = (uint16_t)whole;
 	return 1;
@@ -87,8 +86,8 @@ static void look_ahead(struct blob_finder *finder, const struct grey_image *imag
 	last_y = last_y < image->height_px ? last_y : image->height_px - 1;
 	if (x + GROUP_PX > image->width_px || last_y <= y)
 		return;
-	mask = blob_mask_rows(image->pixels + (ptrdiff_t)(y + 1) * image->stride_bytes + x,
-			      image->stride_bytes, last_y - y, state->cells);
+	mask = blob_mask_rows(grey_row(image, y + 1) + x, image->stride_bytes, last_y - y,
+			      group_cells(state));
 	if (!unclaimed(state->claims, last_y, mask))
 		state->quiet_y = last_y;
 }
@@ -98,15 +97,15 @@ static void look_ahead(struct blob_finder *finder, const struct grey_image *imag
 static uint64_t take_patches(struct blob_finder *finder, const struct grey_image *image, int y,
 			     int group, uint64_t mask)
 {
-	const struct group_state *state = &finder->groups[group];
-	const uint8_t *cells = state->cells;
+	struct group_state *state = &finder->groups[group];
+	const grey *cells = group_cells(state);
 
 	while (mask) {
 		int from = __builtin_ctzll(mask);
 		uint64_t gap = ~(mask >> from);
 		int end = from + (gap ? __builtin_ctzll(gap) : GROUP_PX);
 		int x = group * GROUP_PX + (from + end) / 2;
-		uint8_t level = cells[0] < cells[GROUP_PX - 1] ? cells[0] : cells[GROUP_PX - 1];
+		grey level = cells[0] < cells[GROUP_PX - 1] ? cells[0] : cells[GROUP_PX - 1];
 		const struct spot *spot;
 
 		if (!can_claim(finder, y, x) ||
@@ -134,7 +133,7 @@ static void find_new(struct blob_finder *finder, const struct grey_image *image,
 	if (!mask)
 		return;
 	state->long_way_y = y;
-	run_table_add(&finder->table, y, group * GROUP_PX, mask, state->cells);
+	run_table_add(&finder->table, y, group * GROUP_PX, mask, group_cells(state));
 }
 
 /* A candidate again, against the threshold of its place. */
@@ -143,14 +142,14 @@ static inline void find_spots(struct blob_finder *finder, const struct grey_imag
 {
 	int y = candidate.y, group = candidate.group;
 	struct group_state *state = &finder->groups[group];
-	uint8_t padded[GROUP_PX];
+	grey padded[GROUP_PX];
 	uint64_t mask;
 
 	if (state->cells_y != y / CELL_PX) {
 		state->cells_y = y / CELL_PX;
-		level_map_cells(&finder->map, state->cells_y, group, state->cells);
+		level_map_cells(&finder->map, state->cells_y, group, group_cells(state));
 	}
-	mask = blob_mask(group_pixels(image, y, group * GROUP_PX, padded), state->cells);
+	mask = blob_mask(group_pixels(image, y, group * GROUP_PX, padded), group_cells(state));
 	mask = unclaimed(state->claims, y, mask);
 	if (mask)
 		find_new(finder, image, y, group, mask);
@@ -245,7 +244,8 @@ static void scan_image(struct blob_finder *finder, const struct grey_image *imag
 			level_map_expect(&finder->map, y / CELL_PX);
 		if (y == coarse_end)
 			coarse_end = level_map_coarse(&finder->map, y, finder->coarse);
-		finder->candidate_count += blob_scan(row, y, finder->coarse, whole, next);
+		finder->candidate_count +=
+			blob_scan(grey_row(image, y), y, finder->coarse, whole, next);
 		if (whole < finder->group_count)
 			finder->candidate_count += scan_tail(
 				finder, image, y, finder->candidates + finder->candidate_count);
@@ -259,12 +259,14 @@ static void scan_image(struct blob_finder *finder, const struct grey_image *imag
 void blob_run(struct blob_finder *finder, const struct grey_image *image, struct blob_set *set)
 {
 	struct run_table *table = &finder->table;
-	struct spot_scene scene = {image, &finder->map, &finder->settings, table->runs,
-				   &finder->feed};
+	struct blob_settings settings = finder->settings;
+	struct spot_scene scene = {image, &finder->map, &settings, table->runs, &finder->feed};
 
+	settings.threshold_min *= (double)grey_unit(image);
+	settings.electrons_per_grey /= (double)grey_unit(image);
 	run_table_reset(table);
 	measurer_start(&finder->measurer, &scene, table, set);
-	level_map_start(&finder->map, image, &finder->settings);
+	level_map_start(&finder->map, image, &settings);
 	scan_image(finder, image);
 	measurer_end(&finder->measurer);
 }

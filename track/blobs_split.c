@@ -82,13 +82,14 @@ static uint32_t sort_runs(struct run *runs, uint32_t first)
 /* Appends what is left of the runs from `r` on above `level`. */
 static void cut(struct run_table *table, uint32_t r, const struct grey_image *image, int level)
 {
-	uint8_t levels[GROUP_PX];
+	grey levels[GROUP_PX];
 
-	memset(levels, level, sizeof(levels));
+	for (int i = 0; i < GROUP_PX; i++)
+		levels[i] = (grey)level;
 	run_table_start(table);
 	for (; r != RUN_NONE; r = table->runs[r].next) {
 		const struct run run = table->runs[r];
-		const uint8_t *row = image->pixels + (ptrdiff_t)run.y * image->stride_bytes;
+		const grey *row = grey_row(image, run.y);
 
 		for (int x = run.x0; x < run.x1; x += GROUP_PX) {
 			uint64_t mask = 0;
@@ -188,14 +189,14 @@ static bool split_merged(struct run_table *table, uint32_t s, const struct spot_
 static int median_value(const struct spot *spot, const struct run *runs,
 			const struct grey_image *image)
 {
-	int bins[256] = {0}, below = 0, value = 0;
+	int bins[GREY_BINS] = {0}, below = 0, bin = 0;
 
 	for (uint32_t r = spot->first_run; r != RUN_NONE; r = runs[r].next)
 		for (int x = runs[r].x0; x < runs[r].x1; x++)
-			bins[image->pixels[(ptrdiff_t)runs[r].y * image->stride_bytes + x]]++;
-	while (2 * (below += bins[value]) < spot->area_px2)
-		value++;
-	return value;
+			bins[grey_bin(image, grey_row(image, runs[r].y)[x])]++;
+	while (2 * (below += bins[bin]) < spot->area_px2)
+		bin++;
+	return bin << grey_bin_shift(image);
 }
 
 /* A glow is gone at the threshold that its own brightness asks for; the spots on it are not. */
@@ -203,14 +204,15 @@ static bool split_large(struct run_table *table, uint32_t s, const struct spot_s
 {
 	struct spot *spot = &table->spots[s];
 	int median = median_value(spot, table->runs, scene->image), level;
+	const int white = grey_white(scene->image);
 	float margin = (float)scene->settings->threshold_sigma * noise_at(scene, median);
 
 	level = median + (int)fmaxf(margin, (float)scene->settings->threshold_min);
-	if (level < 255 && try_level(table, s, scene, level, 0, 1)) {
+	if (level < white && try_level(table, s, scene, level, 0, 1)) {
 		spot->area_px2 = 0;
 		return true;
 	}
-	if (spot->peak < 255)
+	if (spot->peak < white)
 		spot->area_px2 = 0;
 	return !spot->area_px2;
 }
@@ -220,7 +222,7 @@ static void trace_runs(struct run_table *table, struct spot *spot, const struct 
 {
 	spot->first_run = table->run_count;
 	for (int y = spot->y0; y < spot->y1; y++) {
-		const uint8_t *row = image->pixels + (ptrdiff_t)y * image->stride_bytes;
+		const grey *row = grey_row(image, y);
 		struct run *run = &table->runs[table->run_count++];
 		int x0 = spot->x0, x1 = spot->x1;
 
@@ -228,8 +230,8 @@ static void trace_runs(struct run_table *table, struct spot *spot, const struct 
 			x0++;
 		while (row[x1 - 1] <= spot->level)
 			x1--;
-		*run = (struct run){(uint16_t)y,          (uint16_t)x0, (uint16_t)x1,
-				    (uint8_t)spot->level, SPOT_NONE,    table->run_count};
+		*run = (struct run){(uint16_t)y,           (uint16_t)x0, (uint16_t)x1,
+				    (uint16_t)spot->level, SPOT_NONE,    table->run_count};
 	}
 	spot->last_run = table->run_count - 1;
 	table->runs[spot->last_run].next = RUN_NONE;

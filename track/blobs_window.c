@@ -35,17 +35,6 @@ static inline void totals(float8 a, float8 b, float8 c, float8 d, float out[4])
 						simde_mm256_extractf128_ps(v, 1)));
 }
 
-static inline float8 pixels8(const uint8_t *p)
-{
-	return simde_mm256_cvtepi32_ps(simde_mm256_cvtepu8_epi32(
-		simde_mm_loadl_epi64((const simde__m128i *)(const void *)p)));
-}
-
-static const uint8_t *row_at(const struct grey_image *image, int y)
-{
-	return image->pixels + (ptrdiff_t)y * image->stride_bytes;
-}
-
 bool window_around(const struct grey_image *image, float x_px, float y_px, float half_x_px,
 		   float half_y_px, struct window *out)
 {
@@ -150,11 +139,12 @@ add_window(struct sums *out, const struct grey_image *image, const struct fit *f
 	   struct feed *feed, enum kernel_profile profile, int steps)
 {
 	const struct lines l = lines_of(fit);
-	const uint8_t *row = row_at(image, fit->window.y0) + fit->window.x0;
+	const ptrdiff_t stride = image->stride_bytes / (ptrdiff_t)sizeof(grey);
+	const grey *row = grey_row(image, fit->window.y0) + fit->window.x0;
 	struct sums sums = {all(0), all(0), all(0), all(0), all(0)};
 	float8 dy = all((float)fit->window.y0 - fit->y_px);
 
-	for (int y = fit->window.y0; y < fit->window.y1; y++, row += image->stride_bytes) {
+	for (int y = fit->window.y0; y < fit->window.y1; y++, row += stride) {
 		float8 base = add(l.value, mul(l.slope_y, dy)), dx = l.first_dx;
 		float8 across = mul(l.two_qxy, dy), along = mul(mul(l.qyy, dy), dy);
 		float8 row_value = all(0);
@@ -162,7 +152,9 @@ add_window(struct sums *out, const struct grey_image *image, const struct fit *f
 		if (y & 1)
 			feed_on(feed);
 		for (int i = 0; i < steps; i++, dx = add(dx, all(WINDOW_STEP_PX))) {
-			float8 s = sub(pixels8(row + i * WINDOW_STEP_PX), mul(l.slope_x, dx));
+			float8 s =
+				sub(simde_mm256_cvtepi32_ps(grey_load8(row + i * WINDOW_STEP_PX)),
+				    mul(l.slope_x, dx));
 			float8 u = add(along, add(mul(l.qxx, mul(dx, dx)), mul(across, dx)));
 
 			row_value = add(row_value, add_pixels(&sums, profile, sub(s, base), u, dx));

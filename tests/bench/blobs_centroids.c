@@ -66,7 +66,7 @@ static void scene_add(struct scene *scene, const struct spot_model *model, doubl
 
 static void scene_find(struct scene *scene, struct rng *rng)
 {
-	struct grey_image image = {scene->pixels[0], WIDTH, HEIGHT, WIDTH};
+	struct grey_image image = {scene->pixels[0], WIDTH, HEIGHT, WIDTH, 8};
 
 	for (int y = 0; y < HEIGHT; y++)
 		for (int x = 0; x < WIDTH; x++)

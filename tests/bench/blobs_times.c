@@ -87,7 +87,7 @@ static void fill_pool(struct times *times, uint64_t seed, int spot_count, double
 
 static void do_job(struct times *times, enum job job, const uint8_t *frame)
 {
-	struct grey_image image = {frame, WIDTH, HEIGHT, WIDTH};
+	struct grey_image image = {frame, WIDTH, HEIGHT, WIDTH, 8};
 
 	switch (job) {
 	case JOB_READ:

@@ -60,7 +60,7 @@ static void render_pictures(void)
 static void find_blobs(struct blob_finder *finder, const uint8_t *pixels, int stride_bytes,
 		       struct blob_set *out)
 {
-	struct grey_image image = {pixels, WIDTH_PX, HEIGHT_PX, stride_bytes};
+	struct grey_image image = {pixels, WIDTH_PX, HEIGHT_PX, stride_bytes, 8};
 
 	blob_finder_run(finder, &image, out);
 }

@@ -43,7 +43,7 @@ static uint8_t *picture_of(const struct board_sheet *sheet, struct grey_image *i
 	assert_int_equal(cairo_status(cairo), CAIRO_STATUS_SUCCESS);
 	cairo_destroy(cairo);
 	cairo_surface_destroy(surface);
-	*image = (struct grey_image){pixels, width_px, height_px, width_px};
+	*image = (struct grey_image){pixels, width_px, height_px, width_px, 8};
 	return pixels;
 }
 

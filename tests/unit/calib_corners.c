@@ -71,7 +71,7 @@ static uint8_t *render_one(const struct sim_scene *scene, struct grey_image *ima
 	uint8_t *copy = malloc((size_t)(width_px * height_px));
 	assert_non_null(copy);
 	memcpy(copy, pixels, (size_t)(width_px * height_px));
-	*image = (struct grey_image){copy, width_px, height_px, width_px};
+	*image = (struct grey_image){copy, width_px, height_px, width_px, 8};
 	sim_renderer_destroy(renderer);
 	return copy;
 }

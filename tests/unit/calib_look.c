@@ -65,6 +65,7 @@ int look_at(struct look *look, struct corner_finder *finder, const struct sim_sc
 
 		image.pixels = sim_render(renderer, shot, &image.width_px, &image.height_px);
 		image.stride_bytes = image.width_px;
+		image.bits = 8;
 		sim_board_corners(&scene->board, &scene->cameras[camera], &exposure, truth);
 		double start_s = thread_cpu_s();
 		err = corner_finder_run(finder, &image, &corners);

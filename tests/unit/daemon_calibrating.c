@@ -104,7 +104,7 @@ static void pictures_show_the_board_and_can_only_be_read(void **state)
 			&camera->slots[camera->newest_seq % PICTURES_SLOTS];
 		struct grey_image image = {(uint8_t *)pictures + slot->offset_bytes,
 					   (int)camera->width_px, (int)camera->height_px,
-					   (int)camera->width_px};
+					   (int)camera->width_px, 8};
 
 		assert_int_equal(corner_finder_run(finder, &image, &corners), 0);
 		found += corners.state == CORNERS_GOOD;

@@ -179,7 +179,7 @@ void picture_expose(struct picture *picture, double read_noise, struct rng *rng)
 struct grey_image picture_image(const struct picture *picture)
 {
 	return (struct grey_image){picture->pixels, picture->width_px, picture->height_px,
-				   picture->width_px};
+				   picture->width_px, 8};
 }
 
 const struct blob *blob_near(const struct blob_set *set, double x_px, double y_px)
