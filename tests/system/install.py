@@ -37,7 +37,7 @@ def test_every_file_is_in_its_place(root):
     assert find(root, "stage.conf").parent.match("sysusers.d")
     assert (root / "etc/stage/stage.yaml.example").is_file()
     assert not (root / "etc/stage/stage.yaml").exists()  # the operator's own
-    for name in ["staged", "stagectl", "stage_client.h", "operators-guide.md",
+    for name in ["staged", "stagectl", "stage-guard", "gpio.md", "stage_client.h", "operators-guide.md",
                  "07-seventeen-minutes.yaml"]:
         find(root, name)
 
@@ -91,8 +91,9 @@ def test_udev_rules_name_the_devices_of_a_stage(root):
         assert 'GROUP="stage-operator"' in rule and 'MODE="0660"' in rule
 
 
-def test_the_example_is_a_good_config(root, recording):
-    shutil.copy(root / "etc/stage/stage.yaml.example", recording / "example.yaml")
+@pytest.mark.parametrize("example", ["stage.yaml.example", "gpio.yaml.example"])
+def test_the_examples_are_good_configs(root, recording, example):
+    shutil.copy(root / "etc/stage" / example, recording / "example.yaml")
     done = subprocess.run([os.environ["STAGECTL"], "config", "check",
                            str(recording / "example.yaml")], capture_output=True, text=True,
                           timeout=10, check=False)
