@@ -27,8 +27,8 @@
 static const double FIT_SCALE_M[] = {0.0015, 0.0005, 0.003};
 
 /* What the frame's markers, where they are expected, explain. */
-static void take_points(struct crowd *crowd, const struct tracker_state *state,
-			const struct labelling *l, int frame)
+static void set_taken(struct crowd *crowd, const struct tracker_state *state,
+		      const struct labelling *l, int frame, bool taken)
 {
 	const struct frame_state *f = &state->frames[frame];
 	const struct nearby *n = &l->nearby;
@@ -41,8 +41,14 @@ static void take_points(struct crowd *crowd, const struct tracker_state *state,
 		for (int k = nearby_from(n, where_m.x - EXPLAINED_M);
 		     k < n->count && n->p_stage_m[k].x <= where_m.x + EXPLAINED_M; k++)
 			if (vec3_distance(n->p_stage_m[k], where_m) < EXPLAINED_M)
-				crowd->taken[n->point[k]] = true;
+				crowd->taken[n->point[k]] = taken;
 	}
+}
+
+static void take_points(struct crowd *crowd, const struct tracker_state *state,
+			const struct labelling *l, int frame)
+{
+	set_taken(crowd, state, l, frame, true);
 }
 
 static void follow_heads(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
@@ -74,7 +80,29 @@ static void follow_segments(struct crowd *crowd, struct tracker_state *state, st
 	}
 }
 
-/* Some lost segments in each shot, of actors whose heads are found. */
+/* Fewer markers than fix a pose hold it: it may have turned away since. */
+static bool is_loose(const struct frame_state *f)
+{
+	return f->held_count < 3 && f->held_count < f->label_count;
+}
+
+/* A pose on more of its markers than hold it now, if there is one. */
+static void search_segment(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
+			   int frame)
+{
+	int held = l->found[frame] ? (int)state->frames[frame].held_count : 0;
+
+	if (l->found[frame])
+		set_taken(crowd, state, l, frame, false);
+	if (segment_search(state, l, frame, crowd->taken, held)) {
+		l->found[frame] = true;
+		state->frames[frame].tracked = false; /* where it was tells no velocity */
+	}
+	if (l->found[frame])
+		take_points(crowd, state, l, frame);
+}
+
+/* Some segments in each shot that are lost or loose, of actors whose heads are found. */
 static void search_segments(struct crowd *crowd, struct tracker_state *state, struct labelling *l)
 {
 	uint32_t count = state->frame_count - state->actor_count;
@@ -83,12 +111,11 @@ static void search_segments(struct crowd *crowd, struct tracker_state *state, st
 	for (uint32_t tried = 0; tried < count && searches < SEARCHES_PER_SHOT; tried++) {
 		uint32_t f = state->actor_count + state->segment_turn++ % count;
 
-		if (l->found[f] || !l->found[state->frames[f].actor])
+		if ((l->found[f] && !is_loose(&state->frames[f])) ||
+		    !l->found[state->frames[f].actor])
 			continue;
 		searches++;
-		l->found[f] = segment_search(state, l, (int)f, crowd->taken);
-		if (l->found[f])
-			take_points(crowd, state, l, (int)f);
+		search_segment(crowd, state, l, (int)f);
 	}
 }
 

@@ -158,16 +158,18 @@ void label_abstain(struct labelling *l, const struct tracker_state *state)
 	}
 }
 
-/* Two others of the segment were there a moment ago and still are: the third is where they say. */
+/* Two others of the segment were there a moment ago and still are: the third is where they say. Of
+ * a segment just found, four agree on one place; three may do so by chance. */
 static bool is_held(const struct labelling *l, const struct tracker_state *state, uint32_t label)
 {
-	const struct frame_state *f = &state->frames[state->labels[label].frame];
+	int16_t frame = state->labels[label].frame;
+	const struct frame_state *f = &state->frames[frame];
 	int others = 0;
 
 	for (uint32_t i = f->label_first; i < f->label_end; i++)
-		others += i != label && state->labels[i].frame == state->labels[label].frame &&
-			  l->seen[i] && l->motion.labels[i].recent;
-	return others >= 2;
+		others += i != label && state->labels[i].frame == frame && l->seen[i] &&
+			  (l->motion.fresh[frame] || l->motion.labels[i].recent);
+	return others >= (l->motion.fresh[frame] ? 3 : 2);
 }
 
 /* Enough of those that tell have held their names for a while: they are not read one aside. */
@@ -224,7 +226,7 @@ bool label_is_clear(const struct labelling *l, const struct tracker_state *state
 	if (own->kind == LABEL_SKULL)
 		return true; /* its gate is tight and the jig is stiff */
 	if (own->kind == LABEL_BODY)
-		return l->motion.fresh[own->frame] || is_held(l, state, label);
+		return is_held(l, state, label);
 	if (predict_told(state, own, l->seen, l->seen_m, &told_m, &sigma_m) < 2)
 		return own->neighbour_count < 2;
 	double off_m = vec3_distance(told_m, seen_m);

@@ -9,6 +9,7 @@
 #include "track/wear.h"
 
 #define STEADY_S 0.3       /* an unclear name is given when it holds this long */
+#define STEADY_BODY_S 0.1  /* ... of a limb: what is not rigid soon falls out of its fit */
 #define STEADY_ALONE_S 1.0 /* ... and this long where not all of its neighbours have names */
 #define KNOWN_S 0.5        /* a name lost for less is not one from nothing */
 #define AT_REST_M 0.002
@@ -63,7 +64,7 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 	double steady_s = (double)(now_ns - label->steady_since_ns) * 1e-9;
 	bool known = label->confirmed && (double)(now_ns - label->seen_ns) * 1e-9 < KNOWN_S;
 	if (label->kind != LABEL_SKIN || known || first_names_enclosed(state, l, leftovers, i))
-		return clear || steady_s > STEADY_S;
+		return clear || steady_s > (label->kind == LABEL_BODY ? STEADY_BODY_S : STEADY_S);
 	enum reading reading = first_names_read(state, l, leftovers, i);
 	if (clear &&
 	    (reading == READING_EVEN || (reading == READING_UNEVEN && is_at_rest(l, label, i))))

@@ -319,26 +319,47 @@ static bool is_convincing(const struct segment_search *s)
 	return s->best_found >= 3 || (s->best_found == 2 && s->best_cost - missing < SIDE_COST_MAX);
 }
 
-bool segment_search(const struct tracker_state *state, struct labelling *l, int frame,
-		    const bool *taken)
+/* Some triangles of its markers, those behind the ones of the last search: any of the markers may
+ * be hidden for long. */
+static void try_triangles(struct segment_search *s, uint32_t begin)
+{
+	uint32_t n = (uint32_t)s->label_count, index = 0;
+	uint32_t all = n < 3 ? 0 : n * (n - 1) * (n - 2) / 6;
+
+	for (int a = 0; a < s->label_count; a++)
+		for (int b = a + 1; b < s->label_count; b++)
+			for (int c = b + 1; c < s->label_count; c++, index++)
+				if ((index + all - begin % all) % all < TRIANGLES_MAX)
+					try_triangle(s, a, b, c);
+}
+
+static void try_sides(struct segment_search *s, uint32_t begin)
+{
+	uint32_t n = (uint32_t)s->label_count, index = 0;
+	uint32_t all = n * (n - 1) / 2;
+
+	for (int a = 0; a < s->label_count; a++)
+		for (int b = a + 1; b < s->label_count; b++, index++)
+			if ((index + all - begin % all) % all < TRIANGLES_MAX)
+				try_side(s, a, b);
+}
+
+bool segment_search(struct tracker_state *state, struct labelling *l, int frame, const bool *taken,
+		    int held)
 {
 	struct segment_search s = {.state = state,
 				   .frame = frame,
 				   .middle_m = middle_of(state, frame),
 				   .rt_stage_neutral =
 					   l->rt_stage_frame[carrier_of(state, l, frame)]};
-	int tried = 0;
+	uint32_t *cursor = &state->frames[frame].acquire_cursor;
 
 	begin_search(&s, l, taken);
-	for (int a = 0; a < s.label_count; a++)
-		for (int b = a + 1; b < s.label_count; b++)
-			for (int c = b + 1; c < s.label_count && tried < TRIANGLES_MAX;
-			     c++, tried++)
-				try_triangle(&s, a, b, c);
-	for (int a = 0; a < s.label_count && s.best_found < 3; a++)
-		for (int b = a + 1; b < s.label_count && tried < TRIANGLES_MAX; b++, tried++)
-			try_side(&s, a, b);
-	if (!is_convincing(&s))
+	try_triangles(&s, *cursor);
+	if (s.best_found < 3)
+		try_sides(&s, *cursor);
+	*cursor += TRIANGLES_MAX;
+	if (s.best_found <= held || !is_convincing(&s))
 		return false;
 	l->rt_stage_frame[frame] = s.best;
 	return true;

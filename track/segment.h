@@ -13,10 +13,10 @@
 bool segment_follow(const struct tracker_state *state, struct labelling *labelling, int frame,
 		    const bool *taken);
 
-/* Looks for a lost segment among the points about its actor's head, which is found; fills its pose.
- * False when it is not there, or could be in two ways. */
-bool segment_search(const struct tracker_state *state, struct labelling *labelling, int frame,
-		    const bool *taken);
+/* Looks for a segment among the points about its actor's head, which is found; fills its pose.
+ * False when no more than `held` of its markers are there, or when it could be in two ways. */
+bool segment_search(struct tracker_state *state, struct labelling *labelling, int frame,
+		    const bool *taken, int held);
 
 /* The pose from the segment's named points, near the one in `labelling`. Takes away the names that
  * do not fit the others: a segment is rigid. */

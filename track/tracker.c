@@ -245,6 +245,7 @@ static void remember_frame(struct tracker_state *state, struct tracker_scratch *
 	struct matcher *m = &scratch->matcher;
 
 	head_update(f, &fit->rt_stage_head, now_ns);
+	f->held_count = fit->rigid_count;
 	if (fit->rigid_count >= 3)
 		f->held_ns = now_ns;
 	if ((uint32_t)frame >= state->actor_count) {

@@ -101,6 +101,7 @@ struct frame_state {
 	struct vec3 turn_rate_rad_s; /* stage axes */
 	int64_t seen_ns;             /* when it was last measured */
 	int64_t held_ns;             /* ... by three rigid markers */
+	uint32_t held_count;         /* rigid markers that held it last */
 	uint32_t unheld_count;       /* shots in a row without three rigid markers */
 	bool was_held;               /* three of them were seen since it was found */
 	uint32_t acquire_cursor;     /* where the search for it goes on */
