@@ -7,9 +7,11 @@
 #include "track/match_parts.h"
 #include "track/sight_index.h"
 
-#define NEAR_MAX 6        /* blobs looked at per camera */
-#define RIVAL_FACTOR 2.0  /* a second pair must be this much farther away */
-#define PARALLAX_MIN 0.05 /* sine of the angle between the rays */
+#define NEAR_MAX 6            /* blobs looked at per camera */
+#define RIVAL_FACTOR 2.0      /* a second pair must be this much farther away */
+#define CHI2_MAX 12.0         /* the two rays must meet as well as their spots are known */
+#define PARALLAX_MIN 0.05     /* sine of the angle between the rays */
+#define OPPOSED_COSINE (-0.8) /* of it: a disc is not seen from both its sides */
 
 struct near_blobs {
 	int count;
@@ -35,7 +37,8 @@ static bool pair_point(const struct matcher *m, const struct seed *seed, uint32_
 			cameras[i]->view, {b->x_px, b->y_px}, match_sigma_px(m, b), b->flags, NULL};
 	}
 	if (triangulate(sightings, 2, &seed->p_stage_m, &out->fix) ||
-	    out->fix.residual_px > 0.5 * m->settings->match_gate_px)
+	    out->fix.residual_px > 0.5 * m->settings->match_gate_px ||
+	    out->fix.chi2_per_dof > CHI2_MAX)
 		return false;
 	out->claimed_mask = out->fix.used_mask = 1u << ca | 1u << cb;
 	out->blob[ca] = (int16_t)blob_a;
@@ -63,13 +66,13 @@ static void find_near(const struct matcher *m, const struct seed *seed,
 	}
 }
 
-/* The sine of the angle under which two cameras see the place. */
-static double parallax(const struct matcher *m, struct vec3 p, uint32_t ca, uint32_t cb)
+/* Whether two cameras can see the same disc there, and under an angle that tells its place. */
+static bool can_share(const struct matcher *m, struct vec3 p, uint32_t ca, uint32_t cb)
 {
 	struct vec3 a = vec3_unit(vec3_sub(p, m->cameras[ca].view->centre_stage_m));
 	struct vec3 b = vec3_unit(vec3_sub(p, m->cameras[cb].view->centre_stage_m));
 
-	return vec3_norm(vec3_cross(a, b));
+	return vec3_norm(vec3_cross(a, b)) >= PARALLAX_MIN && vec3_dot(a, b) > OPPOSED_COSINE;
 }
 
 /* Keeps the nearest pair in best[0] and its nearest rival in best[1]. */
@@ -77,8 +80,7 @@ static void weigh_cameras(const struct matcher *m, const struct seed *seed,
 			  const struct near_blobs near[CAMERA_MAX], uint32_t ca, uint32_t cb,
 			  struct pair best[2])
 {
-	if (near[ca].count == 0 || near[cb].count == 0 ||
-	    parallax(m, seed->p_stage_m, ca, cb) < PARALLAX_MIN)
+	if (near[ca].count == 0 || near[cb].count == 0 || !can_share(m, seed->p_stage_m, ca, cb))
 		return;
 	for (int i = 0; i < near[ca].count; i++)
 		for (int j = 0; j < near[cb].count; j++) {
