@@ -48,13 +48,13 @@ static void emit_layers(const struct tracker_state *state, const struct labellin
 	       sizeof(out->normalised_m));
 }
 
-/* The chance that the name is right: what speaks for another reading, how long it has held, and
- * whether a third camera confirms the place. */
+/* The chance that the name is right: what speaks for another reading, for how long it has been
+ * followed without a gap, and whether a third camera confirms the place. */
 static float confidence_of(const struct labelling *l, const struct label_state *label, uint32_t i,
 			   int camera_count)
 {
 	double other = 0.5 * exp(-0.5 * fmin(l->margin[i], MARGIN_MAX));
-	double young = YOUNG_DOUBT * exp(-label->named_s / YOUNG_S);
+	double young = YOUNG_DOUBT * exp(-label->unbroken_s / YOUNG_S);
 
 	if (camera_count == 2)
 		return (float)fmin(TWO_CAMERA_CONFIDENCE, 1 - young);

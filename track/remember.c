@@ -13,9 +13,10 @@
 #define STEADY_ALONE_S 1.0 /* ... and this long where not all of its neighbours have names */
 #define KNOWN_S 0.5        /* a name lost for less is not one from nothing */
 #define AT_REST_M 0.002
-#define AT_REST_SHARE 0.25  /* of the distance to the next marker */
-#define STRANGE_MAX 12      /* shots in a row against the neighbours until a name is taken back */
-#define STRANGE_M 0.003     /* disagreement beyond this and a share of the spacing is strange */
+#define AT_REST_SHARE 0.25 /* of the distance to the next marker */
+#define STRANGE_MAX 12  /* shots against the neighbours until a name is taken back; by far: fewer \
+			 */
+#define STRANGE_M 0.003 /* disagreement beyond this and a share of the spacing is strange */
 #define LEARNED_AFTER_S 0.1 /* a younger name teaches nothing */
 #define FOLLOW_ACCELERATION_M_S2 25.0
 #define FOLLOW_GAP_MAX_S 0.05
@@ -83,8 +84,8 @@ static bool is_strange(struct tracker_state *state, const struct labelling *l, u
 	    predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m) < 3)
 		return false;
 	double limit_m = STRANGE_M + 0.4 * label->spacing_m + 2 * sigma_m;
-	label->strange_count =
-		vec3_distance(told_m, l->seen_m[i]) > limit_m ? label->strange_count + 1 : 0;
+	double off = vec3_distance(told_m, l->seen_m[i]) / limit_m;
+	label->strange_count = off > 1 ? label->strange_count + (int)(off * off) : 0;
 	return label->strange_count > STRANGE_MAX;
 }
 
@@ -171,6 +172,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 			 int64_t now_ns, double dt_s)
 {
 	struct label_state *label = &state->labels[i];
+	int64_t last_ns = state->mid_exposure_ns; /* of the shot before */
 	struct vec3 told_m;
 
 	/* What held so far was another point. */
@@ -199,6 +201,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 		label->offset_m = vec3_sub(l->seen_m[i], told_m);
 	}
 	label->named_s = followed ? label->named_s + dt_s : 0;
+	label->unbroken_s = followed && label->seen_ns == last_ns ? label->unbroken_s + dt_s : 0;
 	follow(state, label, l->seen_m[i], fix_noise_m(&point->fix), !followed, now_ns);
 	label->camera_mask = point->fix.used_mask;
 	point->label = (int16_t)i;

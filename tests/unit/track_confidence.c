@@ -67,6 +67,20 @@ static void play(const struct run *run, struct bins *bins)
 	sim_play_finish(&stage);
 }
 
+/* Who asks for 0.99 alone gets hardly a wrong name in any scene. */
+static void sure_names_are_right_in_each_scene(void **state)
+{
+	(void)state;
+	for (size_t k = 0; k < sizeof(RUNS) / sizeof(RUNS[0]); k++) {
+		struct bins bins = {0};
+
+		play(&RUNS[k], &bins);
+		print_message("# %s: %.0f of %.0f sure names are wrong\n", RUNS[k].options.scene,
+			      bins.wrong[BINS - 1], bins.count[BINS - 1]);
+		assert_true(bins.wrong[BINS - 1] <= 0.001 * bins.count[BINS - 1]);
+	}
+}
+
 static void confidence_is_the_chance_of_a_right_name(void **state)
 {
 	struct bins bins = {0};
@@ -91,6 +105,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(confidence_is_the_chance_of_a_right_name),
+		cmocka_unit_test(sure_names_are_right_in_each_scene),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);
