@@ -118,7 +118,29 @@ static void the_half_that_was_not_seen_is_missing(void **state)
 	coverage_missing(&coverage[0], false, words);
 	assert_non_null(strstr(words, "upper right"));
 	assert_null(strstr(words, ", left"));
+	assert_false(coverage_enough(&coverage[0], false));
+	assert_true(coverage_progress(&coverage[0], false) < 1);
 	observations_finish(&left);
+	wave_finish(&waved);
+}
+
+static void whoever_shows_it_all_has_shown_enough(void **state)
+{
+	struct camera_coverage coverage[CAMERA_MAX];
+	struct wave wave = WAVE;
+	struct waved waved;
+
+	(void)state;
+	wave.pose_count = 200;
+	wave_make(&waved, &wave);
+	assert_int_equal(coverage_find(coverage, &waved.observations), 0);
+	for (uint32_t c = 0; c < wave.ir_count; c++) {
+		assert_true(coverage_enough(&coverage[c], false));
+		assert_float_equal(coverage_progress(&coverage[c], false), 1, 0);
+	}
+	coverage[0].linked = 0;
+	assert_false(coverage_enough(&coverage[0], false));
+	assert_true(coverage_enough(&coverage[0], true));
 	wave_finish(&waved);
 }
 
@@ -157,6 +179,7 @@ int main(void)
 		cmocka_unit_test(a_board_that_stood_still_is_one_pose),
 		cmocka_unit_test(choosing_again_changes_nothing),
 		cmocka_unit_test(the_half_that_was_not_seen_is_missing),
+		cmocka_unit_test(whoever_shows_it_all_has_shown_enough),
 		cmocka_unit_test(a_rig_comes_into_force_and_back),
 	};
 

@@ -10,8 +10,10 @@
 
 #include <cmocka.h>
 
+#include "calib/coverage.h"
 #include "calib/cross_check.h"
 #include "calib/uncertainty.h"
+#include "calib/where_next.h"
 #include "calib_wave.h"
 
 #define SMALL_WAVE                                                                             \
@@ -126,9 +128,48 @@ static void halves_agree_about_as_well_as_predicted(void **state)
 	wave_finish(&waved);
 }
 
+/* Words and pixels say the same of the place, and the pixels are those of the cameras' truth. */
+static void the_worst_place_is_told_by_where_cameras_see_it(void **state)
+{
+	static struct uncertainty uncertainty;
+	static struct volume volume;
+	const struct pose identity = POSE_IDENTITY;
+	struct wave wave = SMALL_WAVE;
+	struct solution solution;
+	struct waved waved;
+	struct seed seed;
+	char words[WHERE_WORDS_BYTES];
+
+	(void)state;
+	wave_make(&waved, &wave);
+	assert_int_equal(wave_solve(&waved, &solution, &seed), 0);
+	assert_int_equal(volume_of_poses(&volume, &solution, &waved.observations), 0);
+	assert_int_equal(uncertainty_find(&uncertainty, &solution, &waved.observations, &volume),
+			 0);
+	struct where_next where =
+		where_next(&uncertainty, &volume, &solution, &waved.observations, &identity);
+	assert_int_equal(where.camera_count, WHERE_CAMERAS);
+	assert_float_equal(where.sigma_m, uncertainty.worst_m, 0);
+	for (uint32_t i = 0; i < WHERE_CAMERAS; i++) {
+		double px[2];
+		uint32_t camera = where.cameras[i].camera;
+
+		assert_true(solution_project(&solution, camera, where.p_stage_m, px));
+		assert_float_equal(px[0], where.cameras[i].px[0], 1e-9);
+		where_next_words(&where, &waved.observations, words);
+		assert_non_null(strstr(words, waved.observations.cameras[camera].name));
+		assert_non_null(strstr(
+			words, coverage_region_name(&waved.observations.cameras[camera], px)));
+	}
+	seed_finish(&seed);
+	solution_finish(&solution);
+	wave_finish(&waved);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(the_worst_place_is_told_by_where_cameras_see_it),
 		cmocka_unit_test(two_thirds_of_the_errors_are_within_one_sigma),
 		cmocka_unit_test(the_prediction_is_what_solving_again_scatters),
 		cmocka_unit_test(halves_agree_about_as_well_as_predicted),
