@@ -206,8 +206,18 @@ static bool is_over(const struct live *live)
 	return live->enough || (most > 0 && seconds > most) || is_told_enough();
 }
 
-static int report_silence(const struct live *live)
+static int report_silence(struct live *live)
 {
+	struct guide_facts facts = {0};
+	int err = find_facts(live, &facts);
+
+	if (!err)
+		err = observations_write(&live->chosen, live->options->kept_path, NULL);
+	if (err) {
+		fprintf(stderr, "stagectl: %s: cannot be written: %s\n", live->options->kept_path,
+			strerror(-err));
+		return EXIT_CODE_INTERNAL;
+	}
 	fprintf(stderr,
 		"stagectl: no picture has come for %d s; what was found is in %s; is the station "
 		"still there, and calibrating? stagectl status\n",
