@@ -1,143 +1,19 @@
 /*
- * Trigger on GPIO lines: opens them dark, and lets a pulse train (pulse_train.h) say when which is
- * lit. Every change is one system call between two readings of the clock. Lines are lit only while
- * the guard watches.
+ * Trigger on GPIO lines: lets a pulse train (pulse_train.h) say when which of them is lit. Every
+ * change is one system call between two readings of the clock. Lines are lit only while the guard
+ * watches.
  */
-#include "drivers/trigger_gpio.h"
-
 #include <errno.h>
-#include <stdatomic.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/clock.h"
 #include "base/clock_virtual.h"
-#include "drivers/gpio_find.h"
-#include "drivers/trigger_guard.h"
+#include "drivers/trigger_gpio_device.h"
 #include "drivers/trigger_plan.h"
 
-#define CONSUMER "stage trigger"
-#define SPIN_NS (40 * NS_PER_US)              /* before an edge: about what a wake-up takes */
-#define GRACE_MIN_NS (100 * NS_PER_US)        /* that a burn may last beyond its time */
-#define INPUT_UNCERTAINTY_NS (20 * NS_PER_US) /* from the edge to the kernel's stamp */
+#define SPIN_NS (40 * NS_PER_US)       /* before an edge: about what a wake-up takes */
+#define GRACE_MIN_NS (100 * NS_PER_US) /* that a burn may last beyond its time */
 #define EDGES_PER_READ 16
-
-struct gpio_trigger {
-	struct trigger base;
-	/* set when opened */
-	char who[2 * GPIO_NAME_BYTES];
-	struct gpio_outputs *outputs; /* NULL: it fires nothing itself */
-	struct gpio_input *input;     /* NULL: none */
-	struct pulse_source source;
-	uint32_t output_count;
-	uint32_t level_bits[PULSE_LINE_COUNT]; /* of the wire; 0: none */
-	uint32_t dark_levels;
-	/* set when armed */
-	struct trigger_guard guard;
-	int64_t grace_ns;
-	_Atomic bool armed;
-	/* trigger thread */
-	struct pulse_train train;
-	uint32_t levels;    /* as set last */
-	int64_t watched_ns; /* until when the guard leaves them */
-};
-
-static int open_outputs(struct gpio_trigger *trigger, struct gpio_chip *chip,
-			const struct gpio_address *address, struct diag *diag)
-{
-	uint32_t offsets[PULSE_LINE_COUNT];
-
-	for (int l = 0; l < PULSE_LINE_COUNT; l++) {
-		const struct gpio_address_line *line = &address->lines[l];
-		uint32_t *offset = &offsets[trigger->output_count];
-
-		if (!*line->name)
-			continue;
-		int err = gpio_find_line(chip, line->name, offset, trigger->who, diag);
-		if (err)
-			return err;
-		trigger->level_bits[l] = UINT32_C(1) << trigger->output_count++;
-		trigger->dark_levels |= line->active_low ? trigger->level_bits[l] : 0;
-		trigger->source.wired |= PULSE_BIT(l);
-	}
-	trigger->levels = trigger->dark_levels;
-	if (!trigger->output_count)
-		return 0;
-	int err = gpio_outputs_request(&trigger->outputs, chip, CONSUMER, offsets,
-				       trigger->output_count, trigger->dark_levels);
-	if (err)
-		diag_add(diag, "%s: cannot take its lines as outputs: %s", trigger->who,
-			 strerror(-err));
-	return err;
-}
-
-static int open_input(struct gpio_trigger *trigger, struct gpio_chip *chip,
-		      const struct gpio_address *address, struct diag *diag)
-{
-	const struct gpio_address_line *line = &address->lines[GPIO_INPUT];
-	uint32_t offset;
-
-	if (!*line->name)
-		return 0;
-	int err = gpio_find_line(chip, line->name, &offset, trigger->who, diag);
-	if (err)
-		return err;
-	trigger->source.paced_by_input = address->genlock;
-	trigger->source.reports_exposure = !address->genlock;
-	trigger->source.uncertainty_ns = INPUT_UNCERTAINTY_NS;
-	err = gpio_input_request(&trigger->input, chip, CONSUMER, offset, line->active_low);
-	if (err)
-		diag_add(diag,
-			 "%s: cannot watch line %s for edges: %s; take a line that has interrupts",
-			 trigger->who, line->name, strerror(-err));
-	return err;
-}
-
-static void gpio_close(struct trigger *base)
-{
-	struct gpio_trigger *trigger = (struct gpio_trigger *)base;
-
-	if (!trigger)
-		return;
-	if (trigger->outputs)
-		gpio_outputs_set(trigger->outputs, trigger->dark_levels);
-	trigger_guard_stop(&trigger->guard);
-	gpio_outputs_release(trigger->outputs);
-	gpio_input_release(trigger->input);
-	free(trigger);
-}
-
-static int gpio_open(struct trigger **out, const char *rest, struct diag *diag)
-{
-	struct gpio_trigger *trigger = calloc(1, sizeof(*trigger));
-	struct gpio_address address;
-	struct gpio_chip *chip;
-
-	if (!trigger) {
-		diag_add(diag, "trigger gpio: out of memory");
-		return -ENOMEM;
-	}
-	trigger->base.driver = &gpio_trigger_driver;
-	snprintf(trigger->who, sizeof(trigger->who), "trigger gpio:%.*s",
-		 (int)(strcspn(rest, ",") % GPIO_NAME_BYTES), rest);
-	int err = gpio_address_parse(&address, rest, trigger->who, diag);
-	if (!err)
-		err = gpio_find_chip(&chip, address.chip, trigger->who, diag);
-	if (err) {
-		free(trigger);
-		return err;
-	}
-	err = open_outputs(trigger, chip, &address, diag);
-	if (!err)
-		err = open_input(trigger, chip, &address, diag);
-	gpio_chip_close(chip);
-	if (err) {
-		gpio_close(&trigger->base);
-		return err;
-	}
-	*out = &trigger->base;
-	return 0;
-}
 
 /* What a single burn may last beyond its time: up to the strobe's share of a period. */
 static int64_t grace_ns_of(const struct trigger_plan *plan)
@@ -364,8 +240,8 @@ static int gpio_next(struct trigger *base, int64_t timeout_ns, struct edge *out)
 const struct trigger_driver gpio_trigger_driver = {
 	.name = "gpio",
 	.reports_edges = true,
-	.open = gpio_open,
-	.close = gpio_close,
+	.open = gpio_trigger_open,
+	.close = gpio_trigger_close,
 	.arm = gpio_arm,
 	.disarm = gpio_disarm,
 	.next = gpio_next,

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +14,12 @@
 
 #include "base/clock.h"
 #include "drivers/gpio_lines.h"
+
+_Static_assert(offsetof(struct fake_gpio, gone) == 416 &&
+		       offsetof(struct fake_gpio, changes) == 432 &&
+		       offsetof(struct fake_gpio, edge_count) ==
+			       432 + sizeof(struct fake_gpio_change) * FAKE_GPIO_CHANGES,
+	       "tests/system/fake_chip.py reads it at other places");
 
 #define LOOK_NS (100 * NS_PER_US) /* how often a waiting input looks */
 #define COUNT_MAX 8

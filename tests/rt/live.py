@@ -7,8 +7,10 @@ import time
 
 import pytest
 
+import conftest
 # the fixtures of tests/system
 from conftest import recording, sim_config, stage, start  # noqa: F401
+from fake_chip import IR, Chip
 from fake_cameras import cameras, v4l2_config  # noqa: F401
 
 GUARD = os.environ["RT_GUARD"]
@@ -19,11 +21,11 @@ def guarded(tmp_path):
     return {"LD_PRELOAD": GUARD, "RT_GUARD_REPORT": str(tmp_path / "report")}
 
 
-def calls_from_sections(tmp_path):
+def calls_from_sections(tmp_path, of="staged"):
     """How many allowed calls staged made inside of sections: a proof that there were any."""
     for line in (tmp_path / "report").read_text().splitlines():
         program, count = line.split()
-        if program == "staged":
+        if program == of:
             return int(count)
     raise AssertionError("staged never reported: it was not guarded, or did not end by itself")
 
@@ -73,3 +75,21 @@ def test_v4l2_cameras_keep_the_rules(start, cameras, v4l2_config, tmp_path, guar
     code, said, _ = station.stop()
     assert (code, "rt guard" in said) == (0, False), said
     assert calls_from_sections(tmp_path) > 100  # the fakes stand before the guard
+
+
+def test_gpio_lines_keep_the_rules(start, sim_config, recording, tmp_path, guarded, monkeypatch):
+    monkeypatch.setattr(conftest, "STAGED", os.environ["STAGED_GPIO"])
+    (tmp_path / "chips").mkdir()
+    chip = Chip(tmp_path / "chips" / "gpiochip0")
+    text = sim_config.read_text().replace("rig: rig", f"rig: {recording}/rig")
+    text = text.replace("layout: layout.yaml", f"layout: {recording}/layout.yaml")
+    lines = "ir=IR_TRIG,strobe=STROBE,hd=HD_TRIG,exposure=EXPOSURE"
+    config = tmp_path / "gpio.yaml"
+    config.write_text(text.replace("trigger: sim\n", f"trigger: 'gpio:gpiochip0,{lines}'\n"))
+    station = start(config, environment={**guarded, "FAKE_GPIO_DIR": str(tmp_path / "chips")})
+    chip.wait_lit(IR)
+    station.wait_running()
+    time.sleep(1)
+    code, said, _ = station.stop()
+    assert (code, "rt guard" in said) == (0, False), said
+    assert calls_from_sections(tmp_path, "staged_fake_gpio") > 100

@@ -226,6 +226,13 @@ static void statistics_survive_the_wire(void **state)
 			     .events = {{"late", 9}}},
 			    {.state = "lost"}},
 		.latencies = {{"light_to_sent", {10, 1, 2, 3, 4}, {5, 6, 7, 8, 9}}},
+		.has_pulses = true,
+		.pulses = {.lost = true,
+			   .missed = 17,
+			   .reopened = 2,
+			   .late = {100, 11, 12, 13, 14},
+			   .event_count = 2,
+			   .events = {{"strobe_short", 0}, {"guard_cut", 5}}},
 	};
 	uint8_t *frame;
 	size_t size_bytes;
@@ -254,6 +261,12 @@ static void statistics_survive_the_wire(void **state)
 	assert_string_equal(got->latencies[0].stage, "light_to_sent");
 	assert_int_equal(got->latencies[0].run.p99_ns, 3);
 	assert_int_equal(got->latencies[0].recent.max_ns, 9);
+	assert_true(got->pulses->lost);
+	assert_int_equal(got->pulses->missed, 17);
+	assert_int_equal(got->pulses->reopened, 2);
+	assert_int_equal(got->pulses->late.p99_ns, 13);
+	assert_int_equal(got->pulses->event_count, 1);
+	assert_string_equal(got->pulses->events[0].cause, "guard_cut");
 }
 
 static void hd_frame_is_named_in_hd_shots_alone(void **state)
