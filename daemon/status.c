@@ -118,6 +118,16 @@ static json_t *hd_json(const struct station *station, const struct capture *capt
 	return json;
 }
 
+/* What the device said that it will do. */
+static json_t *granted_json(const struct camera_mode *granted)
+{
+	return json_pack("{s:s, s:i, s:f, s:f}", "format", pixel_format_name(granted->format),
+			 "bits", granted->bits ? granted->bits : 8, "rate_hz",
+			 granted->period_ns > 0 ? (double)NS_PER_S / (double)granted->period_ns
+						: 0.0,
+			 "exposure_us", (double)granted->exposure_ns / NS_PER_US);
+}
+
 static json_t *camera_json(const struct station *station, uint32_t index,
 			   const struct stream_camera_statistics *accounts)
 {
@@ -133,6 +143,7 @@ static json_t *camera_json(const struct station *station, uint32_t index,
 			  rate->frames_per_s, "blobs_per_frame", rate->blobs_per_frame, "losses",
 			  counts_json(accounts->losses, accounts->loss_count));
 
+	json_object_set_new(camera, "granted", granted_json(granted));
 	set_count(camera, "frames", &capture->counters.frames);
 	set_count(camera, "missing", &capture->counters.missing);
 	if (capture->role == ROLE_HD)

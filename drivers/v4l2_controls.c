@@ -85,11 +85,12 @@ static int refuse_name(const struct v4l2_device *device, const char *wanted, str
 {
 	struct v4l2_query_ext_ctrl control = {0};
 	char known[1200] = "", name[33];
-	size_t used = 0;
 
-	while (find_next(device, &control) && used + 40 < sizeof(known)) {
+	while (find_next(device, &control)) {
+		size_t used = strlen(known);
+
 		make_name(control.name, name);
-		used += (size_t)sprintf(known + used, "%s%s", used ? ", " : "", name);
+		snprintf(known + used, sizeof(known) - used, "%s%s", used ? ", " : "", name);
 	}
 	diag_add(diag, "%s: controls: the camera has no %s that can be set; it has %s",
 		 device->address, wanted, *known ? known : "none");

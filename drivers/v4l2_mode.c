@@ -84,18 +84,19 @@ static bool choose(struct mode_setting *s, enum pixel_format format)
 static int refuse_format(const struct mode_setting *s)
 {
 	char list[FORMATS_MAX * 6 + 1] = "";
-	size_t used = 0;
 
-	for (int i = 0; i < s->offered_count; i++)
-		used += (size_t)sprintf(list + used, "%s%.4s", i ? ", " : "",
-					(const char *)&s->offered[i]);
-	diag_add(
-		s->diag,
-		"%s: pixel format: %s is wanted, the camera offers %s; grey comes from GREY, Y10 "
-		"to "
-		"Y16 and YUYV, colour (role hd) from Bayer (RGGB, GRBG, GBRG, BA81), MJPG and YUYV",
-		s->device->address, pixel_format_name(s->wanted->format),
-		*list ? list : "none that it names");
+	for (int i = 0; i < s->offered_count; i++) {
+		size_t used = strlen(list);
+
+		snprintf(list + used, sizeof(list) - used, "%s%.4s", i ? ", " : "",
+			 (const char *)&s->offered[i]);
+	}
+	diag_add(s->diag,
+		 "%s: pixel format: %s is wanted, the camera offers %s; grey comes from GREY, Y10 "
+		 "to Y16 and YUYV, colour (role hd) from Bayer (RGGB, GRBG, GBRG, BA81), MJPG and "
+		 "YUYV",
+		 s->device->address, pixel_format_name(s->wanted->format),
+		 *list ? list : "none that it names");
 	return -ENOTSUP;
 }
 
@@ -154,7 +155,6 @@ static void read_sizes(const struct mode_setting *s, struct v4l2_frmsize_discret
 {
 	struct v4l2_frmsizeenum size = {.pixel_format = s->chosen->fourcc};
 	bool largest_keeps = false;
-	size_t used = 0;
 
 	for (; size.index < SIZES_MAX &&
 	       v4l2_ask(s->device->fd, VIDIOC_ENUM_FRAMESIZES, &size) == 0 &&
@@ -168,9 +168,11 @@ static void read_sizes(const struct mode_setting *s, struct v4l2_frmsize_discret
 		if ((keeps && !largest_keeps) || (keeps == largest_keeps && larger))
 			*largest = *d;
 		largest_keeps = largest_keeps || keeps;
-		if (list && used + 24 < list_bytes)
-			used += (size_t)sprintf(list + used, "%s%ux%u", used ? ", " : "", d->width,
-						d->height);
+		size_t used = list ? strlen(list) : 0;
+
+		if (list)
+			snprintf(list + used, list_bytes - used, "%s%ux%u", used ? ", " : "",
+				 d->width, d->height);
 	}
 }
 

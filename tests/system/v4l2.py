@@ -38,6 +38,8 @@ def test_v4l2_cameras_stream(start, cameras, v4l2_config):
         assert (camera["width_px"], camera["height_px"]) == (160, 120)
         assert camera["frames_per_s"] > 50
         assert camera["blobs_per_frame"] >= 1
+        assert camera["granted"]["format"] == "grey" and camera["granted"]["rate_hz"] == 100
+    assert camera["granted"]["exposure_us"] == 1000
     assert wait_for(station, "hd0", "running")["frames_per_s"] > 10
     assert station.stop()[0] == 0
 
