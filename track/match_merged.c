@@ -4,7 +4,7 @@
  */
 #include <string.h>
 
-#include "track/blob_size.h"
+#include "track/blob_axes.h"
 #include "track/match_parts.h"
 #include "track/sight_index.h"
 
