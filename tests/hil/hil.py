@@ -131,15 +131,9 @@ def boot(machine, build, tests, logs, as_json):
     return results
 
 
-def make_pictures(build):
-    """What emulated cameras show, made where it is fast."""
-    subprocess.run([build / "ctl/stagectl", "sim", "record", build / "hil-pictures", "--scene", "rest",
-                    "--seconds", "0.4", "--rate", "10"], stdout=subprocess.DEVNULL, check=True)
-
-
 def run(machine, build, tests, as_json):
     """All tests; when the machine dies of one, the rest run in a new one."""
-    make_pictures(build)
+    subprocess.run([sys.executable, HERE / "pictures.py", build], check=True)
     logs = build / "hil-logs"
     shutil.rmtree(logs, ignore_errors=True)
     results = []

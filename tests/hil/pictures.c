@@ -29,18 +29,9 @@ static uint32_t count_files(const char *dir)
 	return count;
 }
 
-static void copy_part(uint8_t *out, const struct image *image, const struct crop *crop)
+static int read_all(struct pictures *pictures, struct image_reader *reader, const char *dir)
 {
-	for (int y = 0; y < crop->height_px; y++)
-		memcpy(out + (size_t)y * crop->width_px,
-		       image->pixels + (size_t)(crop->y_px + y) * image->width_px + crop->x_px,
-		       crop->width_px);
-}
-
-static int read_all(struct pictures *pictures, struct image_reader *reader, const char *dir,
-		    const struct crop *crop)
-{
-	size_t picture_bytes = (size_t)crop->width_px * crop->height_px;
+	size_t picture_bytes = (size_t)pictures->width_px * pictures->height_px;
 	char path[256], problem[IMAGE_PROBLEM_BYTES];
 	struct image image;
 
@@ -52,39 +43,34 @@ static int read_all(struct pictures *pictures, struct image_reader *reader, cons
 			fprintf(stderr, "%s: %s\n", path, problem);
 			return err;
 		}
-		copy_part(pictures->pixels + i * picture_bytes, &image, crop);
+		memcpy(pictures->pixels + i * picture_bytes, image.pixels, picture_bytes);
 	}
 	return 0;
 }
 
-int pictures_load(struct pictures *out, const char *dir, const struct crop *wanted)
+int pictures_load(struct pictures *out, const char *dir)
 {
-	char path[256], problem[IMAGE_PROBLEM_BYTES] = "no such picture";
+	char path[256], problem[IMAGE_PROBLEM_BYTES] = "not grey";
 	struct image_reader reader = {0};
-	struct crop crop = *wanted;
 	struct image first;
 
 	path_of(path, sizeof(path), dir, 0);
 	int err = image_probe(path, &first, problem);
 
-	if (!err && crop.width_px == 0)
-		crop = (struct crop){0, 0, first.width_px, first.height_px};
-	if (!err && (crop.x_px + crop.width_px > first.width_px ||
-		     crop.y_px + crop.height_px > first.height_px || first.channels != 1)) {
+	if (!err && first.channels != 1)
 		err = -EINVAL;
-		snprintf(problem, sizeof(problem), "not grey, or smaller than the part wanted");
-	}
 	if (err) {
 		fprintf(stderr, "%s: %s\n", path, problem);
 		return err;
 	}
-	struct pictures pictures = {
-		.width_px = crop.width_px, .height_px = crop.height_px, .count = count_files(dir)};
+	struct pictures pictures = {.width_px = first.width_px,
+				    .height_px = first.height_px,
+				    .count = count_files(dir)};
 
-	pictures.pixels = malloc((size_t)crop.width_px * crop.height_px * pictures.count);
+	pictures.pixels = malloc((size_t)first.width_px * first.height_px * pictures.count);
 	err = image_reader_init(&reader, first.width_px, first.height_px);
 	if (!err)
-		err = pictures.pixels ? read_all(&pictures, &reader, dir, &crop) : -ENOMEM;
+		err = pictures.pixels ? read_all(&pictures, &reader, dir) : -ENOMEM;
 	image_reader_finish(&reader);
 	if (err) {
 		pictures_finish(&pictures);

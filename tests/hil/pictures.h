@@ -1,6 +1,6 @@
 /*
  * What an emulated camera shows: the pictures DIR/000000.pgm, DIR/000001.pgm, ... one after the
- * other and from the beginning again, or a part of each as a sensor's region of interest is.
+ * other and from the beginning again.
  */
 #pragma once
 
@@ -12,12 +12,8 @@ struct pictures {
 	uint8_t *pixels; /* owned; one picture behind the other, rows without gaps */
 };
 
-struct crop {
-	int x_px, y_px, width_px, height_px; /* a width of 0: all of it */
-};
-
 /* Returns 0 or a negative errno after a message to standard error. finish accepts a zeroed one. */
-int pictures_load(struct pictures *out, const char *dir, const struct crop *crop);
+int pictures_load(struct pictures *out, const char *dir);
 void pictures_finish(struct pictures *pictures);
 
 const uint8_t *pictures_get(const struct pictures *pictures, uint64_t exposure);

@@ -19,6 +19,7 @@
 #include "tests/hil/line_watch.h"
 #include "tests/hil/pictures.h"
 #include "tests/hil/usb_device.h"
+#include "tests/hil/uvc_controls.h"
 #include "tests/hil/uvc_descriptors.h"
 
 #define NO_EXPOSURE UINT64_MAX
@@ -32,7 +33,6 @@ static struct options {
 	unsigned int bus;
 	const char *serial, *pictures, *gpio_device;
 	unsigned int gpio_offset;
-	struct crop crop;
 	uint64_t lose, damage; /* exposures that are not made, and that are cut short */
 } options = {.serial = "1", .lose = NO_EXPOSURE, .damage = NO_EXPOSURE};
 
@@ -48,75 +48,12 @@ static struct camera {
 	/* control thread */
 	int endpoint;
 	uint8_t probe[UVC_PROBE_BYTES];
+	/* exposing thread */
+	bool lit; /* the trigger line */
 	/* any thread */
 	_Atomic uint32_t interval_100ns; /* 0: not streaming */
 	_Atomic int64_t started_ns;
 } camera = {.endpoint = -1};
-
-/* A control that keeps what it is told. */
-static struct control {
-	uint8_t entity, selector, bytes;
-	uint32_t minimum, maximum, step, value;
-} controls[] = {
-	{UVC_CAMERA_TERMINAL, UVC_CT_AE_MODE_CONTROL, 1, 1, 8, 9, 8},
-	{UVC_CAMERA_TERMINAL, UVC_CT_EXPOSURE_TIME_ABSOLUTE_CONTROL, 4, 1, 3333, 1, 100},
-	{UVC_PROCESSING_UNIT, UVC_PU_GAIN_CONTROL, 2, 0, 480, 1, 0},
-};
-
-static struct control *find_control(const struct usb_ctrlrequest *request)
-{
-	for (size_t i = 0; i < sizeof(controls) / sizeof(controls[0]); i++)
-		if (controls[i].entity == request->wIndex >> 8 &&
-		    controls[i].selector == request->wValue >> 8)
-			return &controls[i];
-	return NULL;
-}
-
-static int reply_number(const struct usb_ctrlrequest *request, uint32_t value, size_t bytes)
-{
-	const uint8_t reply[] = {(uint8_t)value, (uint8_t)(value >> 8), (uint8_t)(value >> 16),
-				 (uint8_t)(value >> 24)};
-
-	return usb_device_reply(camera.fd, request, reply, bytes);
-}
-
-static int set_control(const struct usb_ctrlrequest *request, struct control *control)
-{
-	uint8_t in[4] = {0};
-	int err = usb_device_receive(camera.fd, request, in, control->bytes);
-
-	if (!err)
-		control->value = in[0] | (uint32_t)in[1] << 8 | (uint32_t)in[2] << 16 |
-				 (uint32_t)in[3] << 24;
-	return err;
-}
-
-static int answer_control(const struct usb_ctrlrequest *request)
-{
-	struct control *control = find_control(request);
-
-	if (!control)
-		return usb_device_refuse(camera.fd);
-	switch (request->bRequest) {
-	case UVC_SET_CUR:
-		return set_control(request, control);
-	case UVC_GET_CUR:
-	case UVC_GET_DEF:
-		return reply_number(request, control->value, control->bytes);
-	case UVC_GET_MIN:
-		return reply_number(request, control->minimum, control->bytes);
-	case UVC_GET_MAX:
-		return reply_number(request, control->maximum, control->bytes);
-	case UVC_GET_RES:
-		return reply_number(request, control->step, control->bytes);
-	case UVC_GET_INFO:
-		return reply_number(request, UVC_CONTROL_CAP_GET | UVC_CONTROL_CAP_SET, 1);
-	case UVC_GET_LEN:
-		return reply_number(request, control->bytes, 2);
-	default:
-		return usb_device_refuse(camera.fd);
-	}
-}
 
 /* What is on its way from before is thrown away: the signal ends the wait of the other thread. */
 static void start_streaming(void)
@@ -158,9 +95,10 @@ static int answer_streaming(const struct usb_ctrlrequest *request)
 		uvc_fill_probe(&camera.mode, camera.mode.intervals_100ns[0], fastest);
 		return usb_device_reply(camera.fd, request, fastest, sizeof(fastest));
 	case UVC_GET_LEN:
-		return reply_number(request, UVC_PROBE_BYTES, 2);
+		return uvc_reply_number(camera.fd, request, UVC_PROBE_BYTES, 2);
 	case UVC_GET_INFO:
-		return reply_number(request, UVC_CONTROL_CAP_GET | UVC_CONTROL_CAP_SET, 1);
+		return uvc_reply_number(camera.fd, request,
+					UVC_CONTROL_CAP_GET | UVC_CONTROL_CAP_SET, 1);
 	default:
 		return usb_device_refuse(camera.fd);
 	}
@@ -176,8 +114,14 @@ static bool wait_for_exposure(int64_t *next_ns)
 		struct line_change change = {0};
 		int err = line_watch_next(&camera.trigger, 1000, &change);
 
+		bool rises = !err && change.level && !camera.lit;
+
+		camera.lit = err ? camera.lit : change.level;
 		*next_ns = change.time_ns;
-		return !err && change.level;
+		if (!rises)
+			return false;
+		clock_sleep_until(change.time_ns + uvc_exposure_ns());
+		return true;
 	}
 	if (interval_ns == 0)
 		interval_ns = NS_PER_S / 10;
@@ -247,7 +191,7 @@ static int serve(void)
 		if (answered == 0 && (request.wIndex & 0xff) == UVC_VIDEO_STREAMING)
 			err = answer_streaming(&request);
 		else if (answered == 0)
-			err = answer_control(&request);
+			err = uvc_answer_control(camera.fd, &request);
 		if (err < 0 || answered < 0)
 			fprintf(stderr, "request %02x %02x: %s\n", request.bRequestType,
 				request.bRequest, strerror(-(err ? err : answered)));
@@ -293,7 +237,7 @@ static void interrupt_the_wait(int signal_number)
 static int run(void)
 {
 	struct sigaction action = {.sa_handler = interrupt_the_wait};
-	int err = pictures_load(&camera.pictures, options.pictures, &options.crop);
+	int err = pictures_load(&camera.pictures, options.pictures);
 
 	if (!err && options.gpio_device)
 		err = line_watch_open(&camera.trigger, options.gpio_device, options.gpio_offset);
@@ -310,11 +254,11 @@ static int run(void)
 static bool parse(int argc, char **argv)
 {
 	static const struct option known[] = {
-		{"bus", 1, NULL, 'b'},  {"serial", 1, NULL, 's'}, {"pictures", 1, NULL, 'p'},
-		{"crop", 1, NULL, 'c'}, {"gpio", 1, NULL, 'g'},   {"line", 1, NULL, 'l'},
-		{"lose", 1, NULL, 'o'}, {"damage", 1, NULL, 'd'}, {0},
+		{"bus", 1, NULL, 'b'},      {"serial", 1, NULL, 's'},
+		{"pictures", 1, NULL, 'p'}, {"gpio", 1, NULL, 'g'},
+		{"line", 1, NULL, 'l'},     {"lose", 1, NULL, 'o'},
+		{"damage", 1, NULL, 'd'},   {0},
 	};
-	struct crop *crop = &options.crop;
 
 	for (int c; (c = getopt_long(argc, argv, "", known, NULL)) != -1;)
 		switch (c) {
@@ -326,11 +270,6 @@ static bool parse(int argc, char **argv)
 			break;
 		case 'p':
 			options.pictures = optarg;
-			break;
-		case 'c':
-			if (sscanf(optarg, "%d,%d,%d,%d", &crop->x_px, &crop->y_px, &crop->width_px,
-				   &crop->height_px) != 4)
-				return false;
 			break;
 		case 'g':
 			options.gpio_device = optarg;
@@ -354,8 +293,7 @@ int main(int argc, char **argv)
 {
 	if (!parse(argc, argv)) {
 		fprintf(stderr,
-			"usage: %s --pictures DIR [--bus N] [--serial TEXT] [--crop "
-			"X,Y,WIDTH,HEIGHT]\n"
+			"usage: %s --pictures DIR [--bus N] [--serial TEXT]\n"
 			"       [--gpio DEVICE-DIR --line OFFSET] [--lose EXPOSURE] [--damage "
 			"EXPOSURE]\n",
 			argv[0]);

@@ -21,7 +21,6 @@
 #include "tests/hil/v4l2_stream.h"
 
 #define PATIENCE_S 10
-#define CROP "480,336,320,320"
 
 static const char *program, *pictures_dir;
 static struct pictures truth;
@@ -33,7 +32,7 @@ static pid_t plug_in(const char *bus, const char *serial)
 
 	if (child == 0) {
 		execl(program, program, "--bus", bus, "--serial", serial, "--pictures",
-		      pictures_dir, "--crop", CROP, (char *)NULL);
+		      pictures_dir, (char *)NULL);
 		_exit(127);
 	}
 	assert_true(child > 0);
@@ -192,16 +191,14 @@ int main(int argc, char **argv)
 		cmocka_unit_test(an_unplugged_camera_is_gone_and_found_by_its_serial_number),
 		cmocka_unit_test(a_stopped_camera_shows_nothing_old_when_it_starts_again),
 	};
-	struct crop crop;
 
-	if (argc != 3 || sscanf(CROP, "%d,%d,%d,%d", &crop.x_px, &crop.y_px, &crop.width_px,
-				&crop.height_px) != 4) {
+	if (argc != 3) {
 		fprintf(stderr, "usage: %s CAMERA-PROGRAM PICTURES\n", argv[0]);
 		return EXIT_FAILURE;
 	}
 	program = argv[1];
 	pictures_dir = argv[2];
-	if (pictures_load(&truth, pictures_dir, &crop))
+	if (pictures_load(&truth, pictures_dir))
 		return EXIT_FAILURE;
 	cmocka_set_message_output(CM_OUTPUT_TAP);
 	int failed = cmocka_run_group_tests(tests, NULL, NULL);
