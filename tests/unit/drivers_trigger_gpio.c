@@ -288,6 +288,7 @@ static void check_numbers(const struct edge *edges, int count, int64_t armed_ns,
 		assert_in_range(edges[k].edge_ns, due_ns - with->strobe_width_ns / 4 - 1,
 				due_ns + 40 * NS_PER_MS);
 	}
+	assert_in_range(ir_count, count - 1, count); /* each has a pulse of its own */
 	for (int k = 0; k < ir_count; k++) {
 		int64_t after_ns = ir[k].on_ns - armed_ns - with->ir_delay_ns;
 
@@ -337,15 +338,17 @@ static void live_through_stalls(uint64_t seed, const struct trigger_plan *with)
 
 static void stalls_shorten_and_skip_and_name_but_never_burn_longer(void **state)
 {
-	struct trigger_plan at_the_limit = plan;
+	struct trigger_plan at_the_limit = plan, always_open = plan;
 
 	(void)state;
+	always_open.ir_exposure_ns = PERIOD_NS - always_open.ir_delay_ns;
 	at_the_limit.strobe_width_ns = 400 * NS_PER_US;
 	at_the_limit.strobe_delay_ns = at_the_limit.ir_delay_ns;
 	at_the_limit.strobe_duty_max = 0.05;
 	for (uint64_t seed = 1; seed <= 10; seed++) {
 		live_through_stalls(seed, &plan);
 		live_through_stalls(seed, &at_the_limit);
+		live_through_stalls(seed, &always_open);
 	}
 }
 
