@@ -61,7 +61,7 @@ def v4l2_config(cameras, recording, tmp_path):
     for i in range(2):
         (rig / f"ir{i}.cameramodel").write_text(MODEL.format(x=i))
     cameras.plug(0, "A1", card="Left", formats="YUYV,GREY")
-    cameras.plug(1, "B2", card="Right", formats="YUYV", stamps="eof")
+    cameras.plug(1, "B2", card="Right", formats="YUYV,Y10", stamps="eof")
     cameras.plug(2, "C3", card="Colour", formats="MJPG", width=64, height=48, period_us=40000,
                  jpeg=cameras.root / "picture.jpg")
     config = tmp_path / "stage.yaml"
@@ -70,7 +70,7 @@ layout: {recording}/layout.yaml
 rate_hz: 100
 cameras:
 - {{name: ir0, address: "v4l2:serial=A1", controls: {{gain: 80}}}}
-- {{name: ir1, address: "v4l2:card=Right", exposure_us: 1000, readout_us: 4000}}
+- {{name: ir1, address: "v4l2:card=Right", exposure_us: 1000, readout_us: 4000, format: grey16}}
 - {{name: hd0, address: "v4l2:serial=C3", role: hd, format: mjpeg}}
 """)
     return config
