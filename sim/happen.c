@@ -117,6 +117,23 @@ static bool happens(const struct happening *h, int kind, uint32_t actor, double 
 	return h->kind == kind && h->actor == actor && time_s > h->from_s && time_s < h->to_s;
 }
 
+/* A blink leaves the mouth alone: what opens and shuts it goes on. */
+static bool is_of_lids(enum face_basis basis)
+{
+	return basis == BASIS_BLINK_L || basis == BASIS_BLINK_R || basis == BASIS_SQUINT;
+}
+
+static bool is_blink(int pose)
+{
+	double weights[BASIS_COUNT] = {0};
+
+	face_pose_add(pose, 1, weights);
+	for (int b = 0; b < BASIS_COUNT; b++)
+		if (weights[b] != 0 && !is_of_lids(b))
+			return false;
+	return true;
+}
+
 void happenings_express(const struct happenings *happenings, uint32_t actor, double time_s,
 			double weights[BASIS_COUNT])
 {
@@ -127,8 +144,11 @@ void happenings_express(const struct happenings *happenings, uint32_t actor, dou
 			continue;
 		double held = strength(h, time_s, EASE_RISE_S);
 
+		bool blink = is_blink(h->pose);
+
 		for (int b = 0; b < BASIS_COUNT; b++)
-			weights[b] *= 1 - held;
+			if (!blink || is_of_lids(b))
+				weights[b] *= 1 - held;
 		face_pose_add(h->pose, held * h->amount, weights);
 	}
 }

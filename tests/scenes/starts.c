@@ -2,7 +2,7 @@
  * A station that starts while the actor talks: many seeds, many starts, each from nothing. Prints
  * how many names were wrong and how soon the right ones were there; STARTS_VERBOSE=1 says which
  * starts went wrong. scene_starts [scene] [first_seed] [seeds] [starts] [seconds] [cameras]
- * [rate_hz] [sigma_px] [merge_px] [lost_share] [strays]
+ * [rate_hz] [sigma_px] [merge_px] [lost_share] [strays] [speed_m_s]
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -57,7 +57,8 @@ int main(int argc, char **argv)
 	static struct sim_play stage;
 	struct sim_options options = {.scene = argc > 1 ? argv[1] : "talking",
 				      .camera_count = (uint32_t)argument(argc, argv, 6, 8),
-				      .rate_hz = argument(argc, argv, 7, 120)};
+				      .rate_hz = argument(argc, argv, 7, 120),
+				      .face_speed_m_s = argument(argc, argv, 12, 0)};
 	struct blob_play play = {.sigma_px = argument(argc, argv, 8, 0),
 				 .merge_px = argument(argc, argv, 9, 0),
 				 .lost_share = argument(argc, argv, 10, 0),
