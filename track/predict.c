@@ -340,7 +340,7 @@ void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 		if (motion->labels[i].recent) {
 			out->labels[i] =
 				refine_recent(label, motion, motion->labels[i], seen, seen_m);
-			if (label->seen_ns < state->mid_exposure_ns)
+			if (told[i].known)
 				take_better(&told[i], &out->labels[i]);
 		} else {
 			out->labels[i] = fill_stale(state, label, now_ns, seen, seen_m, &told[i]);
