@@ -80,7 +80,8 @@ struct camera_driver {
 	int (*open)(struct camera **out, const char *rest, const char *base_dir, struct diag *diag);
 	void (*close)(struct camera *camera); /* accepts NULL */
 
-	/* Sets what it can and returns what the device will really do. */
+	/* Sets what it can and returns what the device will really do. Also again, with another
+	 * period and exposure, of a camera that is stopped. */
 	int (*configure)(struct camera *camera, const struct camera_mode *wanted,
 			 struct camera_mode *granted, struct diag *diag);
 	int (*start)(struct camera *camera, struct diag *diag);

@@ -213,6 +213,31 @@ static void a_stopped_camera_starts_again(void **state)
 	}
 }
 
+/* As for a calibration, and back. */
+static void a_stopped_camera_takes_another_exposure(void **state)
+{
+	struct camera_mode wanted = {.format = contract->format,
+				     .period_ns = 12 * NS_PER_S / 100,
+				     .exposure_ns = 3 * NS_PER_MS};
+	struct camera_mode lit;
+	struct diag diag = {0};
+	struct frame frame;
+
+	(void)state;
+	start_camera();
+	take_frame(&frame);
+	contract->driver->release(camera, &frame);
+	contract->driver->stop(camera);
+	assert_int_equal(contract->driver->configure(camera, &wanted, &lit, &diag), 0);
+	assert_int_equal(lit.width_px, granted.width_px);
+	assert_int_equal(lit.height_px, granted.height_px);
+	start_camera();
+	take_frame(&frame);
+	contract->driver->release(camera, &frame);
+	contract->driver->stop(camera);
+	diag_finish(&diag);
+}
+
 static void a_closed_camera_opens_again(void **state)
 {
 	struct frame frame;
@@ -238,6 +263,7 @@ int camera_contract_run(const struct camera_contract *wanted)
 		WITH_CAMERA(acquire_waits_no_longer_than_it_was_told),
 		WITH_CAMERA(stopping_twice_or_before_the_start_is_harmless),
 		WITH_CAMERA(a_stopped_camera_starts_again),
+		WITH_CAMERA(a_stopped_camera_takes_another_exposure),
 		WITH_CAMERA(a_closed_camera_opens_again),
 	};
 
