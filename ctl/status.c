@@ -193,6 +193,8 @@ static void print_pulses(const json_t *pulses)
 	if (json_is_string(json_object_get(pulses, "lost_why")))
 		printf("trigger lost for %.0f s, and looked for: %s\n",
 		       number_of(pulses, "lost_for_s"), text_of(pulses, "lost_why"));
+	if (count_of(pulses, "quiet_s") > 2)
+		printf("trigger: no pulse for %" PRId64 " s\n", count_of(pulses, "quiet_s"));
 	printf("pulses late by %.0f us (p50), %.0f us (p99), %.0f us (max); missed %" PRId64,
 	       1e3 * number_of(late, "p50_ms"), 1e3 * number_of(late, "p99_ms"),
 	       1e3 * number_of(late, "max_ms"), count_of(pulses, "missed"));

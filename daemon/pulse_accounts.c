@@ -43,6 +43,19 @@ static void tell_events(struct pulse_accounts *accounts, const char *address)
 	}
 }
 
+/* A genlock that does not come, mostly. */
+static void watch_silence(struct pulses *pulses, bool any, const char *address)
+{
+	bool expected =
+		pulses->armed && pulses->driver->reports_edges && !atomic_load(&pulses->lost);
+
+	if (any || !expected)
+		pulses->accounts.quiet_s = 0;
+	else if (++pulses->accounts.quiet_s == PULSES_QUIET_S)
+		log_warning("trigger %s: no pulse for %d s: is its genlock connected and running?",
+			    address, PULSES_QUIET_S);
+}
+
 void pulses_account(struct pulses *pulses, const char *address)
 {
 	struct pulse_accounts *accounts = &pulses->accounts;
@@ -52,6 +65,7 @@ void pulses_account(struct pulses *pulses, const char *address)
 
 	if (!pulses->reports.items)
 		return;
+	watch_silence(pulses, ring_count(&pulses->reports) > 0, address);
 	while ((edge = ring_peek(&pulses->reports, 0))) {
 		histogram_add(&accounts->late, edge->late_ns);
 		if (edge->missed) {

@@ -25,7 +25,10 @@ struct pulse_accounts {
 	uint32_t event;      /* enum pulse_event */
 	uint32_t told;       /* events that were logged */
 	uint64_t reopened;
+	uint32_t quiet_s; /* since the last one, while there should be some */
 };
+
+#define PULSES_QUIET_S 3 /* from then on it is told */
 
 struct pulses {
 	/* set before the thread starts */

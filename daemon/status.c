@@ -195,7 +195,7 @@ static json_t *pulses_json(const struct station *station, const struct stream_st
 		any += pulses->events[e].count;
 	json_t *lost = pulses->lost ? json_string(station->pulses.lost_why) : json_null();
 	return json_pack(
-		"{s:o, s:I, s:o, s:o, s:o, s:o, s:o, s:I, s:o}", "lateness",
+		"{s:o, s:I, s:o, s:o, s:o, s:o, s:o, s:I, s:o, s:i}", "lateness",
 		percentiles_json(&pulses->late), "missed", (json_int_t)pulses->missed,
 		"last_missed_shot",
 		pulses->missed ? json_integer((json_int_t)of->missed_shot) : json_null(), "events",
@@ -206,7 +206,8 @@ static json_t *pulses_json(const struct station *station, const struct stream_st
 		(json_int_t)pulses->reopened, "lost_for_s",
 		pulses->lost ? json_real((double)(clock_now_ns() - station->pulses.lost_since_ns) /
 					 NS_PER_S)
-			     : json_null());
+			     : json_null(),
+		"quiet_s", (int)of->quiet_s);
 }
 
 static json_t *subscribers_json(const struct server_stats *stats, int64_t now_ns)

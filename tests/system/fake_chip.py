@@ -27,6 +27,12 @@ class Chip:
     def levels(self):
         return self.number(LEVELS_AT)
 
+    def add_edge(self):
+        """One on the input, now."""
+        count = self.number(EDGES_AT)
+        struct.pack_into("<q", self.memory, EDGES_AT + 8 + 8 * (count % 4096), time.monotonic_ns())
+        struct.pack_into("<I", self.memory, EDGES_AT, count + 1)
+
     def set_gone(self, gone):
         struct.pack_into("<I", self.memory, GONE_AT, gone)
 

@@ -167,6 +167,22 @@ def test_a_chip_that_goes_away_is_a_state_and_comes_back_with_its_shots_numbered
     assert code == 0 and "lost: the device is gone" in said and "is back" in said
 
 
+def test_a_genlock_that_is_silent_is_told_and_paces_the_shots_when_it_comes(gpio_start, chip):
+    station = gpio_start(lines="strobe=STROBE,genlock=SYNC_IN", wait=False)
+    wait_for(lambda: (station.socket_dir / "control.sock").exists(), 20)
+    status = wait_for(lambda: (s := station.status())["pulses"]["quiet_s"] >= 3 and s, 20)
+    assert status["shots"]["edges"] == 0
+    assert "trigger: no pulse for" in station.ctl("status").stdout
+    for _ in range(120):
+        chip.add_edge()
+        time.sleep(PERIOD_S)
+    status = station.status()
+    assert status["shots"]["edges"] >= 60
+    assert len(chip.pulses(STROBE)) >= 30
+    code, said, _ = station.stop()
+    assert code == 0 and "is its genlock connected" in said
+
+
 def test_a_trigger_lost_while_stopped_is_found_again(gpio_start, chip):
     station = gpio_start()
     chip.set_gone(1)
