@@ -123,7 +123,7 @@ int gpio_outputs_request(struct gpio_outputs **out, struct gpio_chip *chip, cons
 			 const uint32_t *offsets, uint32_t count, uint32_t levels)
 {
 	struct gpio_outputs *outputs = calloc(1, sizeof(*outputs));
-	int values[GPIO_OUTPUT_MAX], err = -ENOMEM;
+	int values[GPIO_OUTPUT_MAX], err;
 
 	if (!outputs)
 		return -ENOMEM;
