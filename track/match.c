@@ -12,9 +12,9 @@
 #include "track/match_parts.h"
 #include "track/sight_index.h"
 
-double match_sigma_px(const struct matcher *m, const struct blob *blob)
+double match_sigma_px(const struct matcher *m, uint32_t camera, const struct blob *blob)
 {
-	return sqrt((double)blob->sigma_px * blob->sigma_px + m->view_variance_px2);
+	return sqrt((double)blob->sigma_px * blob->sigma_px + m->camera_variance_px2[camera]);
 }
 
 bool point_from_choice(const struct matcher *m, const struct choice *choice, struct point *out)
@@ -30,7 +30,7 @@ bool point_from_choice(const struct matcher *m, const struct choice *choice, str
 		sightings[count] =
 			(struct sighting){m->cameras[c].view,
 					  {b->x_px, b->y_px},
-					  match_sigma_px(m, b),
+					  match_sigma_px(m, c, b),
 					  b->flags,
 					  choice->seed >= 0 ? &m->seen[c][choice->seed] : NULL};
 		camera_of[count++] = (int)c;
@@ -151,18 +151,19 @@ void claim_candidates(struct matcher *m)
 	m->candidate_count = 0;
 }
 
-void match_begin(struct matcher *m, const struct tracker_rig *rig, double excess_px2,
+void match_begin(struct matcher *m, const struct tracker_rig *rig, const struct view_excess *excess,
 		 const struct shot *shot)
 {
 	double calibration_px = rig->settings.calibration_sigma_px;
 
 	m->settings = &rig->settings;
-	m->view_variance_px2 = fmax(calibration_px * calibration_px, excess_px2);
+	m->view_variance_px2 = fmax(calibration_px * calibration_px, excess->all_px2);
 	m->camera_count = rig->camera_count;
 	m->point_count = 0;
 	m->candidate_count = 0;
 	for (uint32_t c = 0; c < rig->camera_count; c++) {
 		m->cameras[c].view = NULL;
+		m->camera_variance_px2[c] = m->view_variance_px2 + excess->camera_px2[c];
 		if (rig->views[c] && shot->sets[c])
 			sight_index_build(&m->cameras[c], rig->views[c], shot->sets[c]->blobs,
 					  (int)shot->sets[c]->blob_count);

@@ -61,7 +61,8 @@ struct sight_index {
 
 struct matcher {
 	const struct tracker_settings *settings;
-	double view_variance_px2; /* added to every blob's own */
+	double view_variance_px2;               /* added to every blob's own */
+	double camera_variance_px2[CAMERA_MAX]; /* the same, by camera: all of it */
 	uint32_t camera_count;
 	struct sight_index cameras[CAMERA_MAX];
 	struct blob parted[CAMERA_MAX][BLOB_MAX]; /* of cameras with merged spots: their blobs */
@@ -82,11 +83,11 @@ struct matcher {
 	int16_t seed_blob[CAMERA_MAX][SEED_MAX];
 };
 
-void match_begin(struct matcher *matcher, const struct tracker_rig *rig, double excess_px2,
-		 const struct shot *shot);
+void match_begin(struct matcher *matcher, const struct tracker_rig *rig,
+		 const struct view_excess *excess, const struct shot *shot);
 
 /* One standard deviation of a blob as a sight of its point. */
-double match_sigma_px(const struct matcher *matcher, const struct blob *blob);
+double match_sigma_px(const struct matcher *matcher, uint32_t camera, const struct blob *blob);
 
 /* Projects the seeds, of which only SEED_MAX are used; needs no blobs. */
 void match_prepare(struct matcher *matcher, const struct tracker_rig *rig, const struct seed *seeds,

@@ -26,15 +26,19 @@ struct pair {
 static bool pair_point(const struct matcher *m, const struct seed *seed, uint32_t ca, int blob_a,
 		       uint32_t cb, int blob_b, struct point *out)
 {
-	const struct sight_index *cameras[2] = {&m->cameras[ca], &m->cameras[cb]};
+	const uint32_t cameras[2] = {ca, cb};
 	int blobs[2] = {blob_a, blob_b};
 	struct sighting sightings[2];
 
 	for (int i = 0; i < 2; i++) {
-		const struct blob *b = &cameras[i]->blobs[blobs[i]];
+		const struct sight_index *camera = &m->cameras[cameras[i]];
+		const struct blob *b = &camera->blobs[blobs[i]];
 
-		sightings[i] = (struct sighting){
-			cameras[i]->view, {b->x_px, b->y_px}, match_sigma_px(m, b), b->flags, NULL};
+		sightings[i] = (struct sighting){camera->view,
+						 {b->x_px, b->y_px},
+						 match_sigma_px(m, cameras[i], b),
+						 b->flags,
+						 NULL};
 	}
 	if (triangulate(sightings, 2, &seed->p_stage_m, &out->fix) ||
 	    out->fix.residual_px > 0.5 * m->settings->match_gate_px ||

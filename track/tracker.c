@@ -9,6 +9,7 @@
 
 #include "track/crowd.h"
 #include "track/emit.h"
+#include "track/excess.h"
 #include "track/ghost.h"
 #include "track/head.h"
 #include "track/jaw.h"
@@ -23,10 +24,7 @@
 #define SEED_RADIUS_M 0.004
 #define UNRESOLVED_PX 0.5f
 #define LEARN_GAP_MAX_S 0.1 /* a longer gap teaches no more */
-#define EXCESS_MAX_PX2 (0.5 * 0.5)
-#define EXCESS_GAIN 0.1      /* per shot */
-#define EXCESS_CHI2_MAX 16.0 /* one point counts for no more */
-#define NAMED_SHARE_MIN 0.2  /* fewer names than this share of the points: the head is wrong */
+#define NAMED_SHARE_MIN 0.2 /* fewer names than this share of the points: the head is wrong */
 #define HEAD_REACH_M 0.2
 #define EXPECTED_WITHIN_NS \
 	100000 /* of its time, a shot counts as the one expected: 0.1 mm at 1 m/s */
@@ -49,7 +47,7 @@ struct tracker_scratch {
 struct tracker_settings tracker_settings_default(void)
 {
 	return (struct tracker_settings){.match_gate_px = 1.0,
-					 .calibration_sigma_px = 0.004,
+					 .calibration_sigma_px = 0.002,
 					 .range_min_m = 0.1,
 					 .range_max_m = 20};
 }
@@ -162,29 +160,6 @@ static void take_preparation(struct tracker_state *state, struct tracker_scratch
 	if (!is_prepared(state, scratch, rig, time_ns))
 		prepare(state, scratch, rig, time_ns);
 	scratch->prepared.rig = NULL;
-}
-
-/* Residuals beyond what the sigmas explain are learned, and forgotten when they go. */
-static void learn_excess(struct tracker_state *state, const struct matcher *m)
-{
-	double chi2 = 0, dof = 0, residual_px2 = 0;
-
-	for (uint32_t p = 0; p < m->point_count; p++) {
-		const struct fix *fix = &m->points[p].fix;
-		double fix_dof = 2 * fix->used_count - 3;
-
-		if (fix->used_count < 3)
-			continue;
-		chi2 += fix_dof * fmin(fix->chi2_per_dof, EXCESS_CHI2_MAX);
-		dof += fix_dof;
-		residual_px2 += fix_dof * fix->residual_px * fix->residual_px;
-	}
-	if (dof < 10)
-		return;
-	double ratio = chi2 / dof, mean_px2 = residual_px2 / dof;
-	/* residual / chi2 is the mean variance now assumed */
-	state->excess_px2 += EXCESS_GAIN * (ratio - 1) * mean_px2 / fmax(ratio, 0.1);
-	state->excess_px2 = fmin(fmax(state->excess_px2, 0), EXCESS_MAX_PX2);
 }
 
 /* Few names among many points: the head is not where it seemed. */
@@ -332,7 +307,7 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 
 	begin_set(state, shot, out);
 	take_preparation(state, scratch, rig, now_ns);
-	match_begin(m, rig, state->excess_px2, shot);
+	match_begin(m, rig, &state->excess, shot);
 	match_part_merged(m, state->labels);
 	match_seeds(m);
 	match_leftovers(m);
@@ -344,7 +319,7 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 	for (uint32_t a = 0; a < state->actor_count; a++)
 		out->heads[a] = fits[a];
 	emit_markers(state, l, m->points, m->point_count, shown, out);
-	learn_excess(state, m);
+	excess_learn(state, m);
 	state->period_ns = state->mid_exposure_ns ? now_ns - state->mid_exposure_ns : 0;
 	state->mid_exposure_ns = now_ns;
 }

@@ -18,7 +18,7 @@
 struct tracker_settings {
 	double match_gate_px;        /* a view this far from the point is not of it; default 1.0 */
 	double calibration_sigma_px; /* calibration error per view, added to each blob's sigma;
-					default 0.004 */
+					default 0.002 */
 	double range_min_m, range_max_m; /* of a marker from a camera; default 0.1 and 20 */
 };
 

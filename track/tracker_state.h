@@ -143,12 +143,17 @@ struct ghost {
 	struct vec3 p_m; /* coordinates of the frame */
 };
 
+/* What the views disagree by beyond their blobs' sigmas: calibration, mostly. */
+struct view_excess {
+	double all_px2;
+	double camera_px2[CAMERA_MAX]; /* of cameras that are off by themselves, on top */
+};
+
 struct tracker_state {
 	int64_t mid_exposure_ns; /* of the last shot; 0 before the first */
 	int64_t period_ns;       /* last gap between shots */
-	/* What the views disagree by beyond their blobs' sigmas: calibration, mostly. Learned from
-	 * the residuals, so that covariances stay true on a rig that is less good than it says. */
-	double excess_px2;
+	struct view_excess excess;
+	uint32_t excess_turn;
 	uint32_t label_count;
 	uint32_t actor_count;
 	uint32_t frame_count; /* the actors' heads come first */

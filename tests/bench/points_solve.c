@@ -159,7 +159,7 @@ static void match_room(struct points_bench *bench, struct room *room)
 		int count = cold ? 0 : predict_all(&world, &world.rng, seeds);
 		struct samples *samples = cold ? &room->cold : &room->predicted;
 		double before_us = thread_us();
-		match_begin(&matcher, &rig, 0, &shot);
+		match_begin(&matcher, &rig, &(struct view_excess){0}, &shot);
 		match_prepare(&matcher, &rig, seeds, count);
 		match_seeds(&matcher);
 		match_leftovers(&matcher);

@@ -36,7 +36,7 @@ static void begin(uint32_t cameras, uint32_t actors, uint32_t markers, uint64_t 
 
 static void match(const struct shot *shot, const struct seed *seeds, int count)
 {
-	match_begin(&matcher, &rig, 0, shot);
+	match_begin(&matcher, &rig, &(struct view_excess){0}, shot);
 	match_prepare(&matcher, &rig, seeds, count);
 	match_seeds(&matcher);
 	match_leftovers(&matcher);

@@ -152,6 +152,28 @@ static void covariances_hold_for_blobs_that_claim_too_much(void **state)
 	assert_true(nees > 0.8 && nees < 1.25);
 }
 
+static void covariances_hold_after_a_camera_was_bumped(void **state)
+{
+	struct sim_faults faults = {.count = 1,
+				    .faults = {{.camera = "ir3",
+						.device = "ir3",
+						.kind = SIM_FAULT_BUMP,
+						.at_s = 1,
+						.every = 1,
+						.angle_mrad = 0.2}}};
+
+	(void)state;
+	struct score s = play(&(struct run){
+		{.scene = "talking", .seed = 41, .camera_count = 8, .faults = &faults},
+		CLEAN,
+		0,
+		480});
+	print_message("# nees / 3 = %.2f\n", s.nees / 3 / (double)s.measured);
+	assert_true(right_share(&s) > 0.995);
+	assert_true(s.nees > 3 * 0.75 * (double)s.measured);
+	assert_true(s.nees < 3 * 1.2 * (double)s.measured);
+}
+
 static void one_dead_camera_costs_no_names(void **state)
 {
 	static struct sim_play stage;
@@ -295,6 +317,7 @@ int main(void)
 		cmocka_unit_test(thirty_shots_a_second_are_enough),
 		cmocka_unit_test(noise_strays_and_lost_spots_give_no_wrong_name),
 		cmocka_unit_test(covariances_hold_for_blobs_that_claim_too_much),
+		cmocka_unit_test(covariances_hold_after_a_camera_was_bumped),
 		cmocka_unit_test(one_dead_camera_costs_no_names),
 		cmocka_unit_test(a_stall_costs_names_for_a_moment_and_swaps_none),
 		cmocka_unit_test(four_actors_and_their_bodies_are_told_apart),
