@@ -129,8 +129,9 @@ static void print_json(const struct tap *tap, const struct stage_marker_set *set
 		(json_int_t)set->sent_ns, "sets_lost", (json_int_t)set->sets_lost);
 	if (set->is_hd)
 		json_object_set_new(object, "hd",
-				    json_pack("{s:I, s:i}", "index", (json_int_t)set->hd_index,
-					      "phase", (int)set->hd_phase));
+				    json_pack("{s:I, s:i, s:I}", "index", (json_int_t)set->hd_index,
+					      "phase", (int)set->hd_phase, "mid_exposure_ns",
+					      (json_int_t)set->hd_mid_exposure_ns));
 	json_dumpf(object, stdout, JSON_COMPACT | JSON_REAL_PRECISION(9));
 	putchar('\n');
 	json_decref(object);

@@ -160,4 +160,5 @@ void hd_plan_stamp(const struct hd_plan *plan, struct marker_set *set)
 	set->is_hd = known && set->shot % plan->divider == plan->phase;
 	set->hd_phase = set->is_hd ? plan->phase : 0;
 	set->hd_index = set->is_hd ? set->shot / plan->divider : 0;
+	set->hd_mid_exposure_ns = set->is_hd ? set->mid_exposure_ns + plan->after_ir_ns : 0;
 }

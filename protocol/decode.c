@@ -315,6 +315,7 @@ static int decode_set(struct decoder *decoder, const Stage__V1__Message *message
 		to->is_hd = true;
 		to->hd_index = from->hd->index;
 		to->hd_phase = from->hd->phase;
+		to->hd_mid_exposure_ns = from->hd->mid_exposure_ns;
 	}
 	if (decode_heads(decoder, from, to) < 0 || decode_markers(decoder, from, to) < 0)
 		return -EPROTO;

@@ -134,6 +134,7 @@ static void fill_set(struct encoder *e, const struct marker_set *from, int64_t s
 	to->hd = from->is_hd ? &e->hd : NULL;
 	e->hd.index = from->hd_index;
 	e->hd.phase = from->hd_phase;
+	e->hd.mid_exposure_ns = from->hd_mid_exposure_ns;
 	to->n_heads = 0;
 	for (uint32_t i = 0; i < from->head_count; i++)
 		if (from->heads[i].valid)

@@ -113,7 +113,8 @@ struct stage_marker_set {
 	uint64_t sets_lost;    /* sets that this subscriber has lost so far by reading too slowly */
 	bool is_hd;            /* the HD cameras expose in this shot; then: */
 	uint32_t hd_phase;
-	uint64_t hd_index;   /* number k of their frames: shot = divider * k + phase */
+	uint64_t hd_index;          /* number k of their frames: shot = divider * k + phase */
+	int64_t hd_mid_exposure_ns; /* of their exposure, as planned: not that of the markers */
 	uint32_t rig_serial; /* which rig it was solved with; the latest description names it */
 };
 
@@ -207,6 +208,16 @@ int stage_client_fd(const struct stage_client *client);
  *   -EPROTO     what came is not a valid stream: close
  *   -ENOMEM, or what recv() says */
 int stage_client_next(struct stage_client *client, int timeout_ms, struct stage_event *event);
+
+/*
+ * Where something was at `at_ns`, by where four marker sets in a row have it: on the cubic through
+ * them (Lagrange). For HD pictures, which are exposed between two shots: `at_ns` is
+ * hd_mid_exposure_ns of the second set. At 120 Hz a face that talks is met to some micrometres.
+ * `times_ns` are the sets' mid_exposure_ns. Returns 0; -EDOM when two times are the same, a place
+ * is not finite, or `at_ns` is before the first or behind the last.
+ */
+int stage_interpolate(const int64_t times_ns[4], const double p_m[4][3], int64_t at_ns,
+		      double out_m[3]);
 
 #ifdef __cplusplus
 }

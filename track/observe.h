@@ -109,11 +109,12 @@ struct marker_set {
 	uint32_t missing_mask;
 	uint32_t label_count;
 	uint32_t marker_count;
-	uint32_t markers_lost; /* unlabelled ones past MARKER_MAX */
-	uint32_t is_hd;        /* the HD cameras expose in this shot; then: */
-	uint32_t hd_phase;     /* shot % hd_divider */
-	uint64_t hd_index;     /* shot / hd_divider: frame number of every HD camera */
-	uint32_t head_count;   /* one per actor of the layout, valid or not */
+	uint32_t markers_lost;      /* unlabelled ones past MARKER_MAX */
+	uint32_t is_hd;             /* the HD cameras expose in this shot; then: */
+	uint32_t hd_phase;          /* shot % hd_divider */
+	uint64_t hd_index;          /* shot / hd_divider: frame number of every HD camera */
+	int64_t hd_mid_exposure_ns; /* of HD cameras in this shot, as planned */
+	uint32_t head_count;        /* one per actor of the layout, valid or not */
 	struct head heads[HEAD_MAX];
 	struct marker markers[MARKER_MAX];
 };

@@ -19,7 +19,7 @@ USAGE = """usage: ./stage bench [NAME] [--json] [OPTION ...]
             without: all of them, one after the other
   --json    one object: every figure, and under "gates" its gate, its ambition and what is met
   OPTION    of that bench (station: --rounds N; points: --seed N, --quick; render: --seed N;
-            calibration: --seed N, --rigs N, --no-tool)
+            calibration: --seed N, --rigs N, --minutes N, --no-tool)
 Ends with 1 when a figure misses its gate. docs/figures.md tells what each figure means.
 """
 
@@ -53,6 +53,9 @@ FIGURES = [
     ("calibration", "one_sigma_coverage_least", 0.60, 0.60),
     ("calibration", "one_sigma_coverage_most", 0.76, 0.76),
     ("calibration", "wall_s", 60, 30),
+    ("calibration", "hd_reprojection_rms_px", 0.1, 0.05),
+    ("calibration", "bump_named_worst_s", 2, 1.6),
+    ("calibration", "bump_false_alarms", 0, 0),
     ("render", "render_images_per_s", 60, 125),
     ("render", "blob_level_over_real_time", 20, 30),
 ]

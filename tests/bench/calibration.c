@@ -15,6 +15,7 @@
 #include "../unit/calib_wave.h"
 #include "base/clock.h"
 #include "calib/rig_write.h"
+#include "calibration_marks.h"
 #include "calibration_tool.h"
 #include "tests/bench/figures.h"
 
@@ -236,19 +237,24 @@ static void cover(json_t *figures, int rig_count)
 
 static int usage(int status)
 {
-	fprintf(stderr, "usage: bench-calibration [--json] [--rigs N] [--seed N] [--no-tool]\n");
+	fprintf(stderr, "usage: bench-calibration [--json] [--rigs N] [--seed N] [--minutes N] "
+			"[--no-tool]\n");
 	return status;
 }
 
 int main(int argc, char **argv)
 {
-	static const struct option OPTIONS[] = {
-		{"json", no_argument, NULL, 'j'},       {"rigs", required_argument, NULL, 'r'},
-		{"seed", required_argument, NULL, 's'}, {"no-tool", no_argument, NULL, 'n'},
-		{"help", no_argument, NULL, 'h'},       {0}};
+	static const struct option OPTIONS[] = {{"json", no_argument, NULL, 'j'},
+						{"rigs", required_argument, NULL, 'r'},
+						{"seed", required_argument, NULL, 's'},
+						{"minutes", required_argument, NULL, 'm'},
+						{"no-tool", no_argument, NULL, 'n'},
+						{"help", no_argument, NULL, 'h'},
+						{0}};
 	json_t *figures = json_object();
 	bool json = false, with_tool = true;
 	int option, rig_count = 200;
+	double minutes = 17;
 	uint64_t seed = 1;
 
 	while ((option = getopt_long(argc, argv, "", OPTIONS, NULL)) != -1)
@@ -262,6 +268,9 @@ int main(int argc, char **argv)
 		case 's':
 			seed = strtoull(optarg, NULL, 10);
 			break;
+		case 'm':
+			minutes = atof(optarg);
+			break;
 		case 'n':
 			with_tool = false;
 			break;
@@ -272,6 +281,12 @@ int main(int argc, char **argv)
 	against_truth(figures, seed, with_tool);
 	time_eleven(figures, seed);
 	look_at_pictures(figures);
+	int err = measure_hd(figures, seed);
+	if (err)
+		die("HD pictures", err);
+	err = measure_aim(figures, seed, minutes);
+	if (err)
+		die("bumped cameras", err);
 	if (rig_count > 0)
 		cover(figures, rig_count);
 	print_figures(figures, json);

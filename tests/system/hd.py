@@ -5,6 +5,7 @@ import time
 import zlib
 
 import pytest
+import stageclient
 
 from conftest import Station, SteppedStation, ctl
 
@@ -94,6 +95,15 @@ def test_marker_sets_name_the_hd_frame_of_their_shot(live):
             assert one["hd"] == {"index": one["shot"] // 4, "phase": PHASE}
         else:
             assert "hd" not in one
+
+
+def test_python_interpolates_to_the_hd_exposure():
+    times_ns = [1000, 2000, 3100, 4000]
+    places_m = [(t, 2 - t * t, t ** 3) for t in (1, 2, 3.1, 4)]
+    place_m = stageclient.interpolate(times_ns, places_m, 2500)
+    assert place_m == pytest.approx((2.5, 2 - 6.25, 15.625))
+    with pytest.raises(ValueError):
+        stageclient.interpolate(times_ns, places_m, 900)
 
 
 def test_no_shot_waits_for_hd(live):

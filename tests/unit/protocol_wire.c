@@ -284,9 +284,11 @@ static void hd_frame_is_named_in_hd_shots_alone(void **state)
 	assert_true(wire->event.markers->is_hd);
 	wire->set.hd_index = 10;
 	wire->set.hd_phase = 2;
+	wire->set.hd_mid_exposure_ns = -12345;
 	assert_int_equal(send_set(wire), 0);
 	assert_int_equal(wire->event.markers->hd_index, 10);
 	assert_int_equal(wire->event.markers->hd_phase, 2);
+	assert_int_equal(wire->event.markers->hd_mid_exposure_ns, -12345);
 }
 
 static void head_that_could_not_be_fitted_is_left_out(void **state)
@@ -411,10 +413,34 @@ static void message_of_an_unknown_kind_is_passed_on_as_unknown(void **state)
 	assert_int_equal(wire->event.kind, STAGE_UNKNOWN);
 }
 
+/* A cubic is met exactly; what is outside or missing is refused. */
+static void places_between_shots_lie_on_the_cubic_through_four(void **state)
+{
+	const int64_t times_ns[4] = {1000, 2000, 3100, 4000};
+	double p_m[4][3], out_m[3] = {7, 7, 7};
+
+	(void)state;
+	for (int i = 0; i < 4; i++) {
+		double t = 1e-3 * (double)times_ns[i];
+
+		p_m[i][0] = t;
+		p_m[i][1] = 2 - t * t;
+		p_m[i][2] = t * t * t;
+	}
+	assert_int_equal(stage_interpolate(times_ns, (const double(*)[3])p_m, 2500, out_m), 0);
+	assert_true(fabs(out_m[0] - 2.5) < 1e-12 && fabs(out_m[1] + 4.25) < 1e-12 &&
+		    fabs(out_m[2] - 15.625) < 1e-12);
+	assert_int_equal(stage_interpolate(times_ns, (const double(*)[3])p_m, 4001, out_m), -EDOM);
+	p_m[3][1] = NAN;
+	assert_int_equal(stage_interpolate(times_ns, (const double(*)[3])p_m, 2500, out_m), -EDOM);
+	assert_true(fabs(out_m[0] - 2.5) < 1e-12); /* untouched */
+}
+
 int main(void)
 {
 #define WIRE_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(places_between_shots_lie_on_the_cubic_through_four),
 		WIRE_TEST(description_survives_the_wire),
 		WIRE_TEST(description_ties_the_clock_to_utc),
 		WIRE_TEST(several_actors_have_labels_one_after_the_other),

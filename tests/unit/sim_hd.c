@@ -20,10 +20,9 @@
 #include "sim/spot.h"
 #include "sim/world.h"
 
+#include "hd_spots.h"
+
 #define IR_COUNT 4
-#define HALF_PX 5 /* of the window around a spot */
-#define WINDOW_SIGMA_PX 1.7
-#define SPREAD_MAX_GREY 3.3
 #define APART_PX 16.0 /* markers nearer to each other spoil each other's windows */
 #define ERROR_MAX_PX 0.1
 
@@ -40,74 +39,6 @@ static struct sim_scene *make(uint32_t hd_count, uint32_t phase)
 
 	assert_int_equal(sim_scene_create(&scene, &options, &diag), 0);
 	return scene;
-}
-
-struct picture {
-	const uint8_t *pixels;
-	int width_px, height_px;
-};
-
-/* Green is where row and column differ in parity. */
-static bool is_green(int x, int y)
-{
-	return (x + y) % 2 != 0;
-}
-
-/* Mean and spread of the green pixels along the window's rim: the skin around the spot. */
-static double rim_grey(const struct picture *picture, int x0, int y0, double *spread)
-{
-	double sum = 0, sum2 = 0;
-	int count = 0;
-
-	for (int y = y0 - HALF_PX; y <= y0 + HALF_PX; y++)
-		for (int x = x0 - HALF_PX; x <= x0 + HALF_PX; x++)
-			if ((abs(x - x0) == HALF_PX || abs(y - y0) == HALF_PX) && is_green(x, y)) {
-				double grey = picture->pixels[y * picture->width_px + x];
-
-				sum += grey;
-				sum2 += grey * grey;
-				count++;
-			}
-	*spread = sqrt(sum2 / count - sum / count * sum / count);
-	return sum / count;
-}
-
-/* A spot beside an eye or on a brow has no background that could be taken off. */
-static bool is_on_even_skin(const struct picture *picture, const double near[2])
-{
-	double spread;
-
-	rim_grey(picture, (int)lround(near[0]), (int)lround(near[1]), &spread);
-	return spread < SPREAD_MAX_GREY;
-}
-
-/* The centre of what shines out of the skin, of green pixels alone: the place whose Gaussian window
- * is balanced. */
-static void find_centroid(const struct picture *picture, const double near[2], double out[2])
-{
-	int x0 = (int)lround(near[0]), y0 = (int)lround(near[1]);
-	double spread, rim = rim_grey(picture, x0, y0, &spread);
-
-	out[0] = x0;
-	out[1] = y0;
-	for (int step = 0; step < 12; step++) {
-		double sum = 0, sum_x = 0, sum_y = 0;
-
-		for (int y = y0 - HALF_PX; y <= y0 + HALF_PX; y++)
-			for (int x = x0 - HALF_PX; x <= x0 + HALF_PX; x++) {
-				double dx = x - out[0], dy = y - out[1];
-				double w = exp(-0.5 * (dx * dx + dy * dy) /
-					       (WINDOW_SIGMA_PX * WINDOW_SIGMA_PX));
-
-				w *= is_green(x, y) *
-				     (picture->pixels[y * picture->width_px + x] - rim);
-				sum += w;
-				sum_x += w * dx;
-				sum_y += w * dy;
-			}
-		out[0] += 2 * sum_x / sum;
-		out[1] += 2 * sum_y / sum;
-	}
 }
 
 struct seen {
@@ -153,7 +84,7 @@ static void spots_are_where_the_models_project_the_markers(void **state)
 		assert_int_equal(sim_hd_renderer_create(&renderer, scene, c), 0);
 		for (uint64_t k = 0; k < 10; k++) {
 			uint64_t shot = sim_scene_hd_shot(scene, 13 * k);
-			struct picture picture;
+			struct hd_picture picture;
 
 			picture.pixels = sim_hd_render(renderer, shot, &picture.width_px,
 						       &picture.height_px);
@@ -162,9 +93,9 @@ static void spots_are_where_the_models_project_the_markers(void **state)
 				double found[2];
 
 				if (!is_alone(&seen, i) ||
-				    !is_on_even_skin(&picture, seen.pixels[i]))
+				    !hd_spot_is_on_even_skin(&picture, seen.pixels[i]))
 					continue;
-				find_centroid(&picture, seen.pixels[i], found);
+				hd_spot_centroid(&picture, seen.pixels[i], found);
 				double error = hypot(found[0] - seen.pixels[i][0],
 						     found[1] - seen.pixels[i][1]);
 				checked++;
@@ -314,7 +245,7 @@ static void spots_of_a_rolling_shutter_are_where_the_sights_are(void **state)
 	assert_int_equal(sim_hd_renderer_create(&renderer, scene, IR_COUNT), 0);
 	for (uint64_t k = 20; k < 60; k += 4) {
 		uint64_t shot = sim_scene_hd_shot(scene, k);
-		struct picture picture;
+		struct hd_picture picture;
 
 		picture.pixels =
 			sim_hd_render(renderer, shot, &picture.width_px, &picture.height_px);
@@ -327,9 +258,10 @@ static void spots_of_a_rolling_shutter_are_where_the_sights_are(void **state)
 		for (uint32_t i = 0; i < seen.count; i++) {
 			double found[2];
 
-			if (!is_alone(&seen, i) || !is_on_even_skin(&picture, seen.pixels[i]))
+			if (!is_alone(&seen, i) ||
+			    !hd_spot_is_on_even_skin(&picture, seen.pixels[i]))
 				continue;
-			find_centroid(&picture, seen.pixels[i], found);
+			hd_spot_centroid(&picture, seen.pixels[i], found);
 			checked++;
 			sum2 += pow(found[0] - seen.pixels[i][0], 2) +
 				pow(found[1] - seen.pixels[i][1], 2);

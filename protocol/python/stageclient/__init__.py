@@ -16,7 +16,7 @@ import struct
 from .stage_pb2 import Description, Marker, MarkerSet, Message, Notice, Statistics
 
 __all__ = ["connect", "Client", "ProtocolError", "Description", "Marker", "MarkerSet", "Notice",
-           "Statistics", "MISSING", "PREDICTED", "TWO_CAMERA", "MEASURED"]
+           "Statistics", "interpolate", "MISSING", "PREDICTED", "TWO_CAMERA", "MEASURED"]
 
 MISSING = Marker.MISSING
 PREDICTED = Marker.PREDICTED
@@ -95,3 +95,21 @@ class Client:
 def connect(path, timeout_s=None):
     """A Client of the stream socket at `path`; with a timeout, waiting longer raises TimeoutError."""
     return Client(path, timeout_s)
+
+
+def interpolate(times_ns, places_m, at_ns):
+    """Where something was at `at_ns`, by four marker sets in a row: on the cubic through them (Lagrange).
+
+    `times_ns` are the sets' mid_exposure_ns, `places_m` four (x, y, z). For HD pictures `at_ns` is
+    hd.mid_exposure_ns of the second set. ValueError when `at_ns` is outside of them.
+    """
+    if len(times_ns) != 4 or len(places_m) != 4 or not times_ns[0] <= at_ns <= times_ns[3]:
+        raise ValueError("it takes four times and places around the one asked for")
+    out = [0.0, 0.0, 0.0]
+    for i, (time_ns, place_m) in enumerate(zip(times_ns, places_m)):
+        weight = 1.0
+        for k, other_ns in enumerate(times_ns):
+            if k != i:
+                weight *= (at_ns - other_ns) / (time_ns - other_ns)
+        out = [sum_m + weight * x for sum_m, x in zip(out, place_m)]
+    return tuple(out)
