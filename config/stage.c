@@ -98,6 +98,8 @@ static int load(struct stage *stage, const char *config_path, bool to_calibrate,
 	stage->has_rig = !to_calibrate || !is_missing(stage->config.rig_dir);
 	int rig_err = stage->has_rig ? load_rig(stage, &stage->rig, &stage->tracking, diag) : 0;
 
+	if (!stage->has_rig)
+		strcpy(stage->rig.revision, "none");
 	if (layout_err && !rig_err)
 		rig_finish(&stage->rig);
 	if (layout_err || rig_err)

@@ -319,8 +319,7 @@ static enum exit_code run(struct program *program, struct diag *diag)
 	}
 	clock_release();
 	log_info("%s: %u cameras, rig %s", station_state_name(program->station.state),
-		 program->station.stage.config.camera_count,
-		 program->station.stage.has_rig ? program->station.stage.rig.revision : "none");
+		 program->station.stage.config.camera_count, program->station.stage.rig.revision);
 	sd_notifyf(0, "READY=1\nSTATUS=%s", station_state_name(program->station.state));
 	int result = sd_event_loop(program->event);
 	sd_notify(0, "STOPPING=1");

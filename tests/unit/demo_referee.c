@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "demo/align.h"
 #include "demo/referee.h"
 
 #define EPOCH_NS (INT64_C(1000) * NS_PER_S)
@@ -214,6 +215,46 @@ static void stream_without_a_set_does_not_pass(void **state)
 	assert_false(r.accurate || r.named || r.complete);
 }
 
+/* As of a rig that was made anew. */
+static void use_another_frame(struct game *g)
+{
+	struct pose pose = pose_from_rotation_vector((struct vec3){0.3, -1.1, 0.7});
+
+	pose.t = (struct vec3){0.4, 1.2, -0.8};
+	for (uint32_t i = 0; i < g->set.marker_count; i++) {
+		double *p = g->markers[i].p_m;
+		struct vec3 moved = pose_apply(&pose, (struct vec3){p[0], p[1], p[2]});
+
+		p[0] = moved.x;
+		p[1] = moved.y;
+		p[2] = moved.z;
+	}
+}
+
+static void a_frame_of_its_own_is_found_in_the_first_second(void **state)
+{
+	struct align *align = calloc(1, sizeof(*align));
+	struct game *g = *state;
+	uint64_t shot = 50;
+
+	for (; shot < 250 && !align->done; shot++) {
+		make_set(g, shot);
+		if (shot % 10 == 0) /* a wrong name now and then does not move the frame */
+			g->markers[10].p_m[0] += 0.03;
+		use_another_frame(g);
+		align_take(align, &g->referee, &g->set);
+	}
+	assert_in_range(shot, 150, 180);
+	for (uint64_t end = shot + 20; shot < end; shot++) {
+		make_set(g, shot);
+		use_another_frame(g);
+		judge(g);
+	}
+	assert_int_equal(g->referee.wrong_count, 0);
+	assert_true(results_at(g, shot - 1).error_rms_mm < 0.001);
+	free(align);
+}
+
 static void labels_of_another_scene_are_refused(void **state)
 {
 	struct game *g = *state;
@@ -238,6 +279,7 @@ int main(void)
 		GAME_TEST(shot_sent_twice_counts_once),
 		GAME_TEST(wrong_time_is_reported_apart_from_the_place),
 		GAME_TEST(stream_without_a_set_does_not_pass),
+		GAME_TEST(a_frame_of_its_own_is_found_in_the_first_second),
 		GAME_TEST(labels_of_another_scene_are_refused),
 	};
 
