@@ -17,6 +17,7 @@
 #include "base/exit_codes.h"
 #include "calib/choose.h"
 #include "calib/observations_file.h"
+#include "calib/seed.h"
 #include "ctl/calibrate_guide.h"
 #include "ctl/control_client.h"
 #include "ctl/picture_feed.h"
@@ -26,6 +27,8 @@
 #define TELL_NS NS_PER_S
 #define TELL_PART 10 /* telling takes at most such a part of the time */
 #define KEEP_NS (10 * NS_PER_S)
+#define SOLVABLE_VIEWS (SEED_VIEWS_MIN + 2) /* some may contradict the others */
+#define LONGER 2                            /* when nothing can be solved at the end of the time */
 
 struct live {
 	const struct calibration *calibration;
@@ -45,7 +48,8 @@ struct live {
 	struct picture_counts counts[CAMERA_MAX];
 	int64_t begin_ns, last_shot_ns, next_tell_ns, next_keep_ns;
 	uint64_t shots;
-	bool enough;
+	bool enough;   /* all cameras have what they need */
+	bool solvable; /* they have what a solution takes at least */
 };
 
 int calibrate_live_look(struct live_station *station, const char *socket_dir)
@@ -164,6 +168,16 @@ static int find_facts(struct live *live, struct guide_facts *facts)
 	return coverage_find(live->coverage, &live->chosen);
 }
 
+static bool is_solvable(const struct live *live)
+{
+	bool alone = live->camera_count == 1, solvable = true;
+
+	for (uint32_t c = 0; c < live->camera_count; c++)
+		solvable &= live->coverage[c].views >= SOLVABLE_VIEWS &&
+			    (live->coverage[c].linked || alone);
+	return solvable;
+}
+
 /* Seldom enough not to cost much, however much there is to look through. */
 static int tell(struct live *live)
 {
@@ -178,6 +192,7 @@ static int tell(struct live *live)
 	facts.seconds = (double)(now_ns - live->begin_ns) / NS_PER_S;
 	guide_show(&live->guide, &facts);
 	live->enough |= guide_progress(&facts) >= 1;
+	live->solvable = is_solvable(live);
 	if (now_ns > live->next_keep_ns) {
 		live->next_keep_ns = now_ns + KEEP_NS;
 		err = observations_write(&live->chosen, live->options->kept_path, NULL);
@@ -203,7 +218,8 @@ static bool is_over(const struct live *live)
 	double seconds = (double)(clock_now_ns() - live->begin_ns) / NS_PER_S;
 	double most = live->options->seconds_max;
 
-	return live->enough || (most > 0 && seconds > most) || is_told_enough();
+	return live->enough || is_told_enough() ||
+	       (most > 0 && seconds > (live->solvable ? most : LONGER * most));
 }
 
 static int report_silence(struct live *live)

@@ -13,7 +13,8 @@
 struct live_options {
 	const char *socket_dir;
 	const char *kept_path; /* where the corners are kept meanwhile */
-	double seconds_max;    /* then it is enough; 0: no limit */
+	double seconds_max;    /* then it is enough; up to twice as long if nothing can be solved;
+				* 0: no limit */
 	bool json;
 };
 
