@@ -46,6 +46,10 @@ void label_points(struct labelling *labelling, const struct tracker_state *state
 bool label_is_clear(const struct labelling *labelling, const struct tracker_state *state,
 		    uint32_t label);
 
+/* A label without a point could be meant by this one's. */
+bool label_has_rival(const struct labelling *labelling, const struct tracker_state *state,
+		     uint32_t label);
+
 /* Whether the rest of the face tells so surely where a label is that its point needs no other
  * proof.
  */

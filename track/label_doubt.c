@@ -187,8 +187,7 @@ static bool neighbours_hold(const struct labelling *l, const struct tracker_stat
 	return holding >= HOLDING_MIN;
 }
 
-/* A label without a point could be meant by this one. */
-static bool has_rival(const struct labelling *l, const struct tracker_state *state, uint32_t label)
+bool label_has_rival(const struct labelling *l, const struct tracker_state *state, uint32_t label)
 {
 	const struct frame_state *f = &state->frames[state->labels[label].frame];
 	struct vec3 seen_m = l->seen_m[label];
@@ -214,7 +213,8 @@ bool label_is_told(const struct labelling *l, const struct tracker_state *state,
 		return false;
 	double off_m = vec3_distance(told->local_m, l->seen_m[label]);
 	return off_m < TOLD_SIGMA * told->sigma_m && off_m < TOLD_SHARE * own->spacing_m &&
-	       own->spacing_m - off_m > SURE_SIGMA * told->sigma_m && !has_rival(l, state, label);
+	       own->spacing_m - off_m > SURE_SIGMA * told->sigma_m &&
+	       !label_has_rival(l, state, label);
 }
 
 bool label_is_clear(const struct labelling *l, const struct tracker_state *state, uint32_t label)

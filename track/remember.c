@@ -14,7 +14,8 @@
 #define KNOWN_S 0.5        /* a name lost for less is not one from nothing */
 #define AT_REST_M 0.002
 #define AT_REST_SHARE 0.25 /* of the distance to the next marker */
-#define STRANGE_MAX 12  /* shots against the neighbours until a name is taken back; by far: fewer \
+#define STRANGE_MAX                                                                               \
+	12              /* shots against the neighbours until a name is taken back; by far: fewer \
 			 */
 #define STRANGE_M 0.003 /* disagreement beyond this and a share of the spacing is strange */
 #define LEARNED_AFTER_S 0.1 /* a younger name teaches nothing */
@@ -63,6 +64,8 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 	if (label->steady_since_ns == 0)
 		label->steady_since_ns = now_ns;
 	double steady_s = (double)(now_ns - label->steady_since_ns) * 1e-9;
+	if (label->kind == LABEL_SKIN && label_has_rival(l, state, i))
+		return steady_s > STEADY_ALONE_S;
 	bool known = label->confirmed && (double)(now_ns - label->seen_ns) * 1e-9 < KNOWN_S;
 	if (label->kind != LABEL_SKIN || known || first_names_enclosed(state, l, leftovers, i))
 		return clear || steady_s > (label->kind == LABEL_BODY ? STEADY_BODY_S : STEADY_S);
