@@ -51,6 +51,11 @@ void corner_finder_destroy(struct corner_finder *finder)
 	free(finder);
 }
 
+void corner_finder_set_thorough(struct corner_finder *finder, bool thorough)
+{
+	finder->settings.thorough = thorough;
+}
+
 /* The two tags at a corner: in its upper right and lower left square, or in the other two. -1: none
  * there. */
 static void tags_at_corner(const struct board *board, int corner, int tags[2])

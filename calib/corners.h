@@ -47,6 +47,9 @@ int corner_finder_create(struct corner_finder **out, const struct board *board,
 			 const struct corner_settings *settings);
 void corner_finder_destroy(struct corner_finder *finder); /* accepts NULL */
 
+/* Of the pictures from now on. */
+void corner_finder_set_thorough(struct corner_finder *finder, bool thorough);
+
 /* Returns 0 or -ENOMEM. Whatever the state, all corners that were found are there. */
 int corner_finder_run(struct corner_finder *finder, const struct grey_image *image,
 		      struct corners *corners);

@@ -71,6 +71,11 @@ static void print_next(FILE *out, const struct guide_facts *facts)
 		fputs(facts->poses < facts->poses_min ? "go on, anywhere" : "enough", out);
 		return;
 	}
+	if (!facts->coverage[camera].views) {
+		fprintf(out, "%s: it has not seen the board yet",
+			facts->observations->cameras[camera].name);
+		return;
+	}
 	coverage_missing(&facts->coverage[camera], is_alone(facts), words);
 	fprintf(out, "%s: %s", facts->observations->cameras[camera].name, words);
 }

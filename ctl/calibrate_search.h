@@ -27,7 +27,7 @@ struct picture_counts {
 
 struct view_search_settings {
 	double blur_max_px;
-	bool thorough; /* small boards too, and every picture; else what live search needs */
+	bool thorough; /* every picture, at its own size; else as much as live search needs */
 };
 
 struct found_view;
@@ -38,9 +38,10 @@ struct view_search {
 	uint32_t corner_count;
 	struct corner_finder *finder; /* owned */
 	struct grey_room grey;        /* owned */
-	uint8_t *last;                /* owned; a few pixels of the picture searched last */
-	struct corners corners;       /* of the last one */
-	struct found_view *found;     /* owned */
+	bool small;               /* this camera's board is read at the picture's own size alone */
+	uint8_t *last;            /* owned; a few pixels of the picture searched last */
+	struct corners corners;   /* of the last one */
+	struct found_view *found; /* owned */
 	uint32_t found_count, found_capacity;
 	double *blurs_px; /* owned */
 	uint32_t blur_count, blur_capacity;

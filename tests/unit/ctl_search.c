@@ -251,10 +251,46 @@ static void corners_stand_in_a_mosaic_where_they_stand_in_grey(void **state)
 	free(mosaic);
 }
 
+/* The picture at half its size, so that the squares are too small to be read at a quarter. */
+static void a_small_board_is_found_at_the_pictures_own_size(void **state)
+{
+	struct view_search search;
+	int found = 0;
+
+	(void)state;
+	begin(&search, NULL, &LIVE);
+	for (uint64_t shot = SHOT; shot < SHOT + 60; shot += 12) {
+		struct frame frame = look(shot);
+		int width = frame.width_px / 2, height = frame.height_px / 2;
+		uint8_t *half = malloc((size_t)width * (size_t)height);
+
+		for (int y = 0; y < height; y++)
+			for (int x = 0; x < width; x++) {
+				const uint8_t *p =
+					frame.pixels + 2 * y * frame.stride_bytes + 2 * x;
+
+				half[y * width + x] =
+					(uint8_t)((p[0] + p[1] + p[frame.stride_bytes] +
+						   p[frame.stride_bytes + 1]) /
+						  4);
+			}
+		frame.pixels = half;
+		frame.width_px = frame.stride_bytes = width;
+		frame.height_px = height;
+		run(&search, &frame);
+		found = (int)search.counts.good;
+		free(half);
+	}
+	assert_true(search.small);
+	assert_in_range(found, 4, 5);
+	view_search_finish(&search);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_board_that_stands_still_is_searched_for_once),
+		cmocka_unit_test(a_small_board_is_found_at_the_pictures_own_size),
 		cmocka_unit_test(a_mirrored_camera_is_told),
 		cmocka_unit_test(another_board_is_told),
 		cmocka_unit_test(a_blurred_camera_is_told),
