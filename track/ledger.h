@@ -13,6 +13,8 @@
 #include "track/edges.h"
 #include "track/observe.h"
 
+#define LEDGER_MOVED_PX 0.12 /* a picture that lies off by as much was not calibrated so */
+
 enum ledger_event {
 	LEDGER_DROPPED,        /* counted by the device, not delivered */
 	LEDGER_MISSED_TRIGGER, /* a pulse that the camera neither exposed on nor counted */

@@ -13,8 +13,7 @@
 #define SIGN_SHOTS 12
 #define LITTLE_SHARE 16 /* of a period: times scatter by less */
 #define CLOCK_FRAMES 24 /* with one and the same jump, until it is the clock's */
-#define MOVED_PX 0.12   /* a picture that lies off by as much was not calibrated so ... */
-#define STEADY_PX 0.06  /* ... until it is within so much again */
+#define STEADY_PX 0.06  /* off by less, a camera that had moved is back */
 
 static void sign(struct ledger_camera *camera, enum ledger_event event, uint64_t shot)
 {
@@ -118,8 +117,8 @@ void ledger_note_aim(struct ledger *ledger, uint32_t camera, uint64_t shot, doub
 		return;
 	c->moved_px = shift_px;
 	c->moved_mrad = turn_mrad;
-	if (shift_px >= MOVED_PX && !c->moved)
+	if (shift_px >= LEDGER_MOVED_PX && !c->moved)
 		sign(c, LEDGER_MOVED, shot);
-	if (shift_px >= MOVED_PX || shift_px < STEADY_PX)
-		c->moved = shift_px >= MOVED_PX;
+	if (shift_px >= LEDGER_MOVED_PX || shift_px < STEADY_PX)
+		c->moved = shift_px >= LEDGER_MOVED_PX;
 }

@@ -122,3 +122,23 @@ def test_interrupted_it_leaves_no_file(stage, tmp_path, how):
     done.send_signal(how)
     assert done.wait(timeout=5) == -how
     assert not list(output.parent.iterdir())
+
+
+def turn_camera(model):
+    """By half a milliradian about the stage's origin."""
+    head, _, rest = model.read_text().partition("'extrinsics': [")
+    numbers, _, tail = rest.partition("]")
+    values = [float(x) for x in numbers.split(",") if x.strip()]
+    values[1] += 5e-4
+    model.write_text(head + "'extrinsics': [ " + ", ".join(map(repr, values)) + " ]" + tail)
+
+
+def test_a_rig_of_another_day_names_the_camera(tmp_path):
+    take = tmp_path / "take"
+    assert ctl("sim", "record", take, "--scene", "talking", "--seconds", "1.5", "--rate", "30").returncode == 0
+    good = ctl("process", take / "stage.yaml", "--json").stderr.splitlines()[-1]
+    assert json.loads(good)["rig"]["moved"] == []
+    turn_camera(take / "rig" / "ir1.cameramodel")
+    done = ctl("process", take / "stage.yaml", "--json")
+    assert [camera["camera"] for camera in json.loads(done.stderr.splitlines()[-1])["rig"]["moved"]] == ["ir1"]
+    assert "camera ir1: " in ctl("process", take / "stage.yaml").stderr
