@@ -28,6 +28,8 @@ static const struct verb verbs[] = {
 	 verb_calibrate_cameras},
 	{"calibrate actor", "NAME", "Learns an actor's neutral and the range of motion of the face",
 	 verb_calibrate_actor},
+	{"calibrate origin", "", "Sets the stage frame by a board on the floor or an L-frame",
+	 verb_calibrate_origin},
 	{"calibrate refine", "", "Puts cameras right that were bumped or drifted, by the markers",
 	 verb_calibrate_refine},
 	{"calibrate list", "CONFIG|RIG", "Lists the revisions of a rig", verb_calibrate_list},

@@ -73,6 +73,11 @@ static int read_shots(struct marker_feed *feed, struct replay *replay, struct ma
 	return err;
 }
 
+static void config_path(char path[PATH_MAX], const char *from)
+{
+	snprintf(path, PATH_MAX, is_dir(from) ? "%.*s/stage.yaml" : "%.*s", PATH_MAX - 16, from);
+}
+
 static int open_recording(struct marker_feed *feed, const char *from, struct diag *diag)
 {
 	struct replay *replay = NULL;
@@ -80,8 +85,7 @@ static int open_recording(struct marker_feed *feed, const char *from, struct dia
 	char path[PATH_MAX];
 	int err = own ? 0 : -ENOMEM;
 
-	snprintf(path, sizeof(path), is_dir(from) ? "%.*s/stage.yaml" : "%.*s", PATH_MAX - 16,
-		 from);
+	config_path(path, from);
 	int code = err ? EXIT_CODE_INTERNAL
 		       : replay_open(&replay, path, NULL, (uint64_t)sysconf(_SC_NPROCESSORS_ONLN),
 				     diag);
@@ -236,6 +240,35 @@ int marker_feed_open(struct marker_feed **out, const struct marker_feed_source *
 	else
 		marker_feed_close(feed);
 	return code;
+}
+
+/* Of the IR cameras, as the station loads it. */
+static int load_rig(struct stage *stage, struct diag *diag)
+{
+	char names[CAMERA_MAX][NAME_BYTES];
+	uint32_t count = 0;
+
+	for (uint32_t c = 0; c < stage->config.camera_count; c++)
+		if (stage->config.cameras[c].role == ROLE_IR)
+			memcpy(names[count++], stage->config.cameras[c].name, NAME_BYTES);
+	return rig_load(&stage->rig, stage->config.rig_dir, (const char(*)[NAME_BYTES])names, count,
+			diag);
+}
+
+int marker_feed_open_rig(struct marker_feed **out, const char *from, struct diag *diag)
+{
+	struct marker_feed *feed = calloc(1, sizeof(*feed));
+	char path[PATH_MAX];
+
+	config_path(path, from);
+	int err = feed ? config_load(&feed->stage.config, path, diag) : -ENOMEM;
+	if (!err)
+		err = load_rig(&feed->stage, diag);
+	if (err)
+		free(feed);
+	else
+		*out = feed;
+	return exit_code_of(err, EXIT_CODE_BAD_INPUT);
 }
 
 void marker_feed_close(struct marker_feed *feed)

@@ -23,4 +23,6 @@ struct marker_feed {
 /* Returns an exit code, with messages in `diag` or on stderr; then nothing is held. */
 int marker_feed_open(struct marker_feed **out, const struct marker_feed_source *source,
 		     struct diag *diag);
+/* The recording's config and rig alone, without layout and shots. */
+int marker_feed_open_rig(struct marker_feed **out, const char *from, struct diag *diag);
 void marker_feed_close(struct marker_feed *feed); /* accepts NULL */

@@ -31,6 +31,7 @@ int verb_sim_preview(const struct verb *verb, int argc, char **argv);
 int verb_sim_record(const struct verb *verb, int argc, char **argv);
 int verb_calibrate_board(const struct verb *verb, int argc, char **argv);
 int verb_calibrate_cameras(const struct verb *verb, int argc, char **argv);
+int verb_calibrate_origin(const struct verb *verb, int argc, char **argv);
 int verb_calibrate_refine(const struct verb *verb, int argc, char **argv);
 int verb_calibrate_list(const struct verb *verb, int argc, char **argv);
 int verb_calibrate_show(const struct verb *verb, int argc, char **argv);

@@ -1,4 +1,4 @@
-"""stagectl calibrate refine: a bumped camera is named, put right, and the station goes on with the new rig."""
+"""stagectl calibrate refine and origin: a bumped camera is named and put right; the stage frame is set anew."""
 import json
 import math
 import re
@@ -132,3 +132,20 @@ def test_a_running_station_is_told_who_moved_and_goes_on(start, live):
     assert status["shots"]["lost"] == 0
     time.sleep(3)
     assert not station.status()["cameras"][2]["ledger"]["moved"]
+
+
+def test_a_board_at_rest_sets_the_stage_frame(tmp_path):
+    place = tmp_path / "board"
+    done = ctl("sim", "record", place, "--scene", "board", "--seconds", "1", "--rate", "1", "--seed",
+               "5", "--cameras", "6", timeout=60)
+    assert done.returncode == 0, done.stderr
+    first = json.loads(ctl("calibrate", "origin", "--from", place, "--json").stdout)
+    assert first["number"] == 2 and first["off_mm"] < 0.5 and first["points"] > 30
+    again = json.loads(ctl("calibrate", "origin", "--from", place, "--json").stdout)
+    assert all(abs(x) < 1e-6 for x in again["origin_before_m"])  # it is there already
+
+
+def test_an_l_frame_that_is_not_there_is_said_so(own):
+    done = ctl("calibrate", "origin", "--from", own, "--long-arm-mm", "400", "--short-arm-mm", "250")
+    assert done.returncode == 3 and "measure the arms" in done.stderr
+    assert ctl("calibrate", "origin", "--long-arm-mm", "400").returncode == 2
