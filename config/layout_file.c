@@ -12,6 +12,7 @@
 
 #define LAYOUT_SIZE_MAX (1 << 20)
 #define MARKERS_MIN 4   /* a rigid pose needs three; one may be hidden */
+#define HEAD_MIN 3      /* a body is found from its head */
 #define REACH_MAX_M 2.0 /* of a marker from the head's origin, feet included */
 #define APART_MIN_M 0.0005
 #define DIAMETER_M 0.0015 /* what faces usually wear */
@@ -173,6 +174,15 @@ static uint32_t count_segments(const struct layout *layout)
 	return count;
 }
 
+static uint32_t count_on_head(const struct layout *layout)
+{
+	uint32_t count = 0;
+
+	for (uint32_t i = 0; i < layout->marker_count; i++)
+		count += !layout->markers[i].segment[0];
+	return count;
+}
+
 static void read_markers(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
 	struct reading *r = target;
@@ -194,6 +204,11 @@ static void read_markers(struct yaml *yaml, const struct yaml_value *value, void
 	if (fy_node_is_sequence(value->node) && index + 1 < MARKERS_MIN)
 		yaml_complain(yaml, value->place, value->field,
 			      "%d markers, but a head needs at least %d", index + 1, MARKERS_MIN);
+	else if (fy_node_is_sequence(value->node) && count_on_head(&r->layout) < HEAD_MIN)
+		yaml_complain(yaml, value->place, value->field,
+			      "%u markers on the head, which carries the body: it needs at least "
+			      "%d; put some on a head band, with rigid: true and without segment",
+			      count_on_head(&r->layout), HEAD_MIN);
 	if (count_segments(&r->layout) > SEGMENT_MAX)
 		yaml_complain(yaml, value->place, value->field,
 			      "%u segments, but a body may have at most %d",

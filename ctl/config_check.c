@@ -13,6 +13,7 @@
 #include "ctl/program_drivers.h"
 #include "drivers/open_cameras.h"
 #include "sim/scene.h"
+#include "track/predict.h"
 
 /* Recordings are files too: their first images are opened to compare sizes. */
 static uint32_t recorded_cameras(const struct config *config)
@@ -76,6 +77,59 @@ static uint32_t count_rigid(const struct layout *layout, const struct layout_act
 	return count;
 }
 
+#define FACE_MIN 20 /* skin markers: fewer are no face with lips */
+
+static uint32_t count_skin(const struct layout *layout, const struct layout_actor *actor)
+{
+	uint32_t count = 0;
+
+	for (uint32_t m = actor->first; m < actor->first + actor->count; m++)
+		count += !layout->markers[m].rigid && !layout->markers[m].segment[0];
+	return count;
+}
+
+static bool has_opposed(const struct layout *layout, const struct layout_actor *actor)
+{
+	uint32_t end = actor->first + actor->count;
+
+	for (uint32_t m = actor->first; m < end; m++)
+		for (uint32_t k = m + 1; k < end; k++)
+			if (predict_opposes(layout->markers[m].group, layout->markers[k].group))
+				return true;
+	return false;
+}
+
+/* Which marker lies across the mouth or the eye from which, only the groups' names say. */
+static bool lacks_groups(const struct stage *stage, uint32_t a)
+{
+	const struct layout_actor *actor = &stage->layout.actors[a];
+
+	return count_skin(&stage->layout, actor) >= FACE_MIN && !has_opposed(&stage->layout, actor);
+}
+
+#define GROUPS_WANTED                                                                        \
+	"no two groups differ in 'upper' and 'lower' alone: name those of lips and lids so " \
+	"(lip_upper, lip_lower), or their markers are taken to move as one"
+
+static void print_warnings(const struct stage *stage)
+{
+	for (uint32_t a = 0; a < stage->layout.actor_count; a++)
+		if (lacks_groups(stage, a))
+			printf("warning  %s: %s\n", stage->config.layout_paths[a], GROUPS_WANTED);
+}
+
+static json_t *warnings_json(const struct stage *stage)
+{
+	json_t *warnings = json_array();
+
+	for (uint32_t a = 0; a < stage->layout.actor_count; a++)
+		if (lacks_groups(stage, a))
+			json_array_append_new(warnings,
+					      json_sprintf("%s: %s", stage->config.layout_paths[a],
+							   GROUPS_WANTED));
+	return warnings;
+}
+
 static void print_layouts(const struct stage *stage)
 {
 	for (uint32_t a = 0; a < stage->layout.actor_count; a++) {
@@ -102,6 +156,7 @@ static void print_summary(const struct stage *stage)
 		printf("camera   %-12s %-3s %s\n", camera->name,
 		       camera->role == ROLE_IR ? "ir" : "hd", camera->address);
 	}
+	print_warnings(stage);
 }
 
 static json_t *layouts_json(const struct stage *stage)
@@ -149,6 +204,8 @@ static void print_verdict(const struct stage *stage, const struct diag *diag, bo
 {
 	json_t *object = good ? summary_json(stage) : json_object();
 
+	if (good)
+		json_object_set_new(object, "warnings", warnings_json(stage));
 	json_object_set_new(object, "good", json_boolean(good));
 	json_object_set_new(object, "errors", errors_json(diag));
 	print_json(object);

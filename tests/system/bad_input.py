@@ -120,6 +120,15 @@ def test_good_config_is_summed_up(recording):
     checked = ctl("config", "check", recording / "stage.yaml")
     assert checked.returncode == 0, checked.stderr
     assert "ir3" in checked.stdout and "74 markers" in checked.stdout
+    assert "warning" not in checked.stdout
+
+
+def test_lips_in_one_group_are_warned_of(stage):
+    layout = stage / "layout.yaml"
+    layout.write_text(re.sub(r"(upper|lower)", "part", layout.read_text()))
+    checked = ctl("config", "check", stage / "stage.yaml")
+    assert checked.returncode == 0, checked.stderr
+    assert "warning" in checked.stdout and "lip_upper" in checked.stdout
 
 
 @pytest.mark.parametrize("line, named", [("trigger: foo", "trigger foo"),

@@ -74,6 +74,18 @@ static void body_markers_name_their_segment(void **state)
 			"segment 'chest', which is rigid anyway: leave it out\n");
 }
 
+static void a_body_without_a_head_is_refused(void **state)
+{
+	(void)state;
+	expect_messages("markers:\n"
+			"- {name: a, segment: arm, neutral_m: [0.2, -0.3, 0]}\n"
+			"- {name: b, segment: arm, neutral_m: [0.2, -0.4, 0]}\n"
+			"- {name: c, segment: arm, neutral_m: [0.2, -0.5, 0.1]}\n"
+			"- {name: d, neutral_m: [0, 0.1, 0.1]}\n",
+			"2:4: markers: 1 markers on the head, which carries the body: it needs at "
+			"least 3; put some on a head band, with rigid: true and without segment\n");
+}
+
 #define LEARNED                                                                  \
 	"- {name: e, neutral_m: [0.02, 0, 0.1], mpeg4: 8.10, learned: {\n"       \
 	"  range_min_m: [-0.01, -0.02, 0], range_max_m: [0.01, 0.005, 0.003],\n" \
@@ -221,6 +233,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_name_and_a_place_are_enough),
 		cmocka_unit_test(body_markers_name_their_segment),
+		cmocka_unit_test(a_body_without_a_head_is_refused),
 		cmocka_unit_test(what_was_learned_of_an_actor_is_read),
 		cmocka_unit_test(what_cannot_have_been_learned_is_refused_by_line),
 		cmocka_unit_test(actors_stand_behind_one_another),
