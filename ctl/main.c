@@ -24,7 +24,7 @@ static const struct verb verbs[] = {
 	 verb_stream_tap},
 	{"calibrate board", "", "Makes a PDF of a calibration board, true to scale",
 	 verb_calibrate_board},
-	{"calibrate cameras", "", "Makes a rig from a recording of the board",
+	{"calibrate cameras", "", "Makes a rig from a board that is waved, live or recorded",
 	 verb_calibrate_cameras},
 	{"calibrate actor", "NAME", "Learns an actor's neutral and the range of motion of the face",
 	 verb_calibrate_actor},
