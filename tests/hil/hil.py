@@ -49,7 +49,7 @@ def qemu(machine, share):
     return ["qemu-system-x86_64", "-accel", "tcg,thread=multi", "-cpu", "max", "-machine", "q35",
             "-smp", "2", "-m", "1024", "-nodefaults", "-no-user-config", "-display", "none", "-no-reboot",
             "-kernel", machine / "vmlinux", "-initrd", machine / "initramfs",
-            "-append", "console=ttyS0 quiet mitigations=off panic=-1",
+            "-append", "console=ttyS0 quiet mitigations=off panic=-1 preempt=full",
             "-serial", f"file:{share}/console",
             "-virtfs", "local,path=/,mount_tag=root,security_model=none,readonly=on,multidevs=remap",
             "-virtfs", f"local,path={share},mount_tag=hil,security_model=none"]
