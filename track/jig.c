@@ -11,10 +11,12 @@
 #define SKIN_MIN 12
 #define ROUNDS 4
 #define ROBUST_M 0.002
-#define SLIP_M 0.0012    /* a shorter one is not told from an expression */
-#define AS_ONE_SHARE 0.5 /* of the skin's typical displacement may be left without the slip */
-#define SLIP_S 0.5       /* it must hold so long */
-#define SMOOTH_S 0.25
+#define SLIP_M 0.0012     /* a shorter one is not told from an expression */
+#define AS_ONE_SHARE 0.5  /* of the skin's typical displacement may be left without the slip */
+#define SLIP_S 0.5        /* it must hold so long */
+#define SURE_SLIP_M 0.002 /* a longer one is believed the sooner ... */
+#define SURE_SLIP_S 0.15  /* ... after so long at least */
+#define SMOOTH_S 0.1
 
 struct skin {
 	int count;
@@ -125,6 +127,14 @@ static void correct(struct tracker_state *state, int actor)
 	face->slipped_m += count ? sum_m / count : 0;
 }
 
+/* No expression moves all skin as one by millimetres: a long slip need not hold for long. */
+static double lasting_s(const struct pose *moved)
+{
+	struct pose still = POSE_IDENTITY;
+
+	return fmax(SLIP_S * fmin(SURE_SLIP_M / head_distance_m(&still, moved), 1), SURE_SLIP_S);
+}
+
 void jig_watch(struct tracker_state *state, const struct labelling *l, int actor, double dt_s)
 {
 	struct face_state *face = &state->faces[actor];
@@ -138,7 +148,7 @@ void jig_watch(struct tracker_state *state, const struct labelling *l, int actor
 	}
 	smooth(face, &moved, dt_s);
 	face->slipping_s += dt_s;
-	if (face->slipping_s < SLIP_S)
+	if (face->slipping_s < lasting_s(&moved))
 		return;
 	correct(state, actor);
 	face->slipping_s = 0;
