@@ -100,6 +100,19 @@ def test_interrupted_demo_leaves_nothing_behind(start, tmp_path, args, programs)
     assert not list(tmp_path.iterdir())
 
 
+def test_demo_interrupted_while_it_calibrates_leaves_nothing_behind(start, tmp_path):
+    with start("--calibrate") as demo:
+        for line in demo.stderr:
+            if "poses" in line:
+                break
+        children = children_of(demo.pid)
+        demo.send_signal(signal.SIGINT)
+        demo.communicate(timeout=20)
+    assert demo.returncode == 130
+    assert len(children) == 2 and all(has_ended(pid) for pid in children)
+    assert not list(tmp_path.iterdir())
+
+
 def test_killed_demo_leaves_no_process_behind(start):
     with start("--sim", "--seconds", "60") as demo:
         wait_for_first_set(demo)
@@ -122,6 +135,7 @@ def test_death_of_the_station_fails_the_demo(start, tmp_path):
 @pytest.mark.parametrize("args", [
     pytest.param(["--seconds", "0"], id="seconds"),
     pytest.param(["--stress", "--seconds", "5"], id="stress"),
+    pytest.param(["--calibrate", "--stress"], id="calibrate_under_fire"),
     pytest.param(["--seed", "x"], id="seed"),
     pytest.param(["--nonsense"], id="option"),
     pytest.param(["extra"], id="argument"),
