@@ -228,7 +228,14 @@ static void a_stopped_camera_takes_another_exposure(void **state)
 	take_frame(&frame);
 	contract->driver->release(camera, &frame);
 	contract->driver->stop(camera);
-	assert_int_equal(contract->driver->configure(camera, &wanted, &lit, &diag), 0);
+	int err = contract->driver->configure(camera, &wanted, &lit, &diag);
+
+	if (err == -ENOTSUP) { /* there is no such control, and it said so */
+		assert_int_equal(diag.count, 1);
+		wanted.exposure_ns = 0;
+		err = contract->driver->configure(camera, &wanted, &lit, &diag);
+	}
+	assert_int_equal(err, 0);
 	assert_int_equal(lit.width_px, granted.width_px);
 	assert_int_equal(lit.height_px, granted.height_px);
 	start_camera();
