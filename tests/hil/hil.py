@@ -9,6 +9,7 @@ import json
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -16,7 +17,7 @@ import time
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 HERE = SOURCE / "tests/hil"
-BOOT_SECONDS = 120  # for the machine to come up and to go down
+BOOT_SECONDS = 120  # for the machine to come up, or to go down, beside the time of a test
 CASE = re.compile(r"^(not ok|ok)\b(?:.*?#\s*(SKIP)\b)?", re.M | re.I)
 PLAN_SKIP = re.compile(r"^1\.\.0\b.*#\s*SKIP\s*(.*)", re.M | re.I)
 KERNEL_COMPLAINT = re.compile(r".*(?:\bBUG\b|\bOops\b|WARNING:).*")
@@ -46,6 +47,7 @@ def prepare():
 
 
 def qemu(machine, share):
+    """preempt=full: real-time threads wait for no long system call of another."""
     return ["qemu-system-x86_64", "-accel", "tcg,thread=multi", "-cpu", "max", "-machine", "q35",
             "-smp", "2", "-m", "1024", "-nodefaults", "-no-user-config", "-display", "none", "-no-reboot",
             "-kernel", machine / "vmlinux", "-initrd", machine / "initramfs",
@@ -103,32 +105,47 @@ def tell(result, as_json):
         print(f"       {reason}", flush=True)
 
 
-def boot(machine, build, tests, logs, as_json):
-    """Runs the tests in one machine; results of those that it lived to end."""
+def failure(name, reason):
+    return {"name": name, "passed": 0, "failed": 1, "skipped": 0, "seconds": 0.0, "reasons": [reason]}
+
+
+def watch(guest, share, tests, as_json):
+    """Results of tests as they come, until the guest ends or hangs."""
     results = []
+    came = time.monotonic()
+    while True:
+        over = guest.poll() is not None
+        while len(results) < len(tests) and (share / f"{tests[len(results)][0]}.rc").exists():
+            results.append(judge(share, tests[len(results)][0]))
+            tell(results[-1], as_json)
+            came = time.monotonic()
+        seconds = tests[len(results)][1] if len(results) < len(tests) else 0
+        if over or time.monotonic() > came + seconds + BOOT_SECONDS:
+            return results
+        time.sleep(0.2)
+
+
+def boot(machine, build, tests, logs, as_json):
+    """Runs tests in one machine: results of those up to the one that it did not survive."""
     with tempfile.TemporaryDirectory(prefix="stage-hil-") as name:
         share = pathlib.Path(name)
         furnish(share, machine, build, tests)
-        deadline = time.monotonic() + BOOT_SECONDS + sum(seconds for _, seconds, _ in tests)
         guest = subprocess.Popen(qemu(machine, share), stdin=subprocess.DEVNULL)
         try:
-            while True:
-                over = guest.poll() is not None or time.monotonic() > deadline
-                while len(results) < len(tests) and (share / f"{tests[len(results)][0]}.rc").exists():
-                    results.append(judge(share, tests[len(results)][0]))
-                    tell(results[-1], as_json)
-                if over:
-                    break
-                time.sleep(0.2)
+            results = watch(guest, share, tests, as_json)
         finally:
             guest.kill()
             guest.wait()
             shutil.copytree(share, logs, dirs_exist_ok=True)
-        if not (share / "rc").exists() and len(results) < len(tests):
-            results.append({"name": tests[len(results)][0], "passed": 0, "failed": 1, "skipped": 0,
-                            "seconds": 0.0, "reasons": [f"the machine died or hung in it: {logs}/console"]})
-            tell(results[-1], as_json)
-    return results
+        if (share / "rc").exists() and len(results) == len(tests):
+            return results
+        came_up = (share / "boot.dmesg").exists()
+        what = "died or hung" if came_up else "did not come up"
+        left = tests[len(results):] or tests[-1:]
+        broken = [failure(test[0], f"the machine {what}: {logs}/console") for test in (left[:1] if came_up else left)]
+        for result in broken:
+            tell(result, as_json)
+        return results + broken
 
 
 def run(machine, build, tests, as_json):
@@ -148,6 +165,7 @@ def main():
     parser.add_argument("tests", nargs="*", metavar="TEST", help="names of tests/hil/tests; all, when none is given")
     parser.add_argument("--json", action="store_true", help="one object with every result")
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("stage hil: told to end"))  # and the machine with it
     tests = read_tests(options.tests)
     machine, reason = prepare()
     if machine:
