@@ -15,10 +15,11 @@ USAGE = """usage: ./stage bench [NAME] [--json] [OPTION ...]
             blobs    finding spots: time over reading the frame, centroids over the noise bound
             points   triangulation over the noise bound, covariances, solve time
             calibration  rigs against the truth and against mrcal-calibrate-cameras, time, corners
+            ingest   the aravis driver's CPU over a bare receive loop, on simulated cameras
             render   pictures of the simulator per second, speed of scenes at blob level
             without: all of them, one after the other
   --json    one object: every figure, and under "gates" its gate, its ambition and what is met
-  OPTION    of that bench (station: --rounds N; points: --seed N, --quick; render: --seed N;
+  OPTION    of that bench (station, ingest: --rounds N; points: --seed N, --quick; render: --seed N;
             calibration: --seed N, --rigs N, --minutes N, --no-tool)
 Ends with 1 when a figure misses its gate. docs/figures.md tells what each figure means.
 """
@@ -56,6 +57,7 @@ FIGURES = [
     ("calibration", "hd_reprojection_rms_px", 0.1, 0.05),
     ("calibration", "bump_named_worst_s", 2, 1.6),
     ("calibration", "bump_false_alarms", 0, 0),
+    ("ingest", "gige_cpu_over_recv", 1.3, 1.1),
     ("render", "render_images_per_s", 60, 125),
     ("render", "blob_level_over_real_time", 20, 30),
 ]
