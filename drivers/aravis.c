@@ -20,6 +20,7 @@
 #include "base/realtime.h"
 #include "base/ring.h"
 #include "drivers/aravis_device.h"
+#include "drivers/aravis_watch.h"
 #include "drivers/clock_map.h"
 #include "drivers/frame_counter.h"
 
@@ -51,6 +52,7 @@ struct aravis_camera {
 	uint8_t *memory; /* of all slots, owned */
 	uint32_t slot_count;
 	struct slot slots[POOL_MAX];
+	struct aravis_watch watch;
 
 	/* between the threads; items are struct slot * */
 	struct ring arrived;  /* receive thread to capture thread */
@@ -61,7 +63,8 @@ struct aravis_camera {
 
 	/* owned by the receive thread: first packets of frames under way, which end in order */
 	int64_t leaders_ns[POOL_MAX];
-	uint32_t started_count, done_count;
+	_Atomic uint32_t started_count; /* the watch reads it */
+	uint32_t done_count;
 
 	/* owned by the capture thread */
 	struct frame_counter counter;
@@ -124,14 +127,20 @@ static void on_stream(void *user, ArvStreamCallbackType type, ArvBuffer *buffer)
 	}
 }
 
-/* Aravis' heartbeat thread: the camera was unplugged, or another program took it. */
-static void on_control_lost(ArvDevice *device, void *user)
+/* Any thread. */
+static void on_gone(void *user)
 {
 	struct aravis_camera *camera = user;
 
-	(void)device;
 	camera->gone = true;
 	sem_post(&camera->ready);
+}
+
+/* Aravis' heartbeat thread: another program took the camera, or it was started anew. */
+static void on_control_lost(ArvDevice *device, void *user)
+{
+	(void)device;
+	on_gone(user);
 }
 
 static int aravis_open(struct camera **out, const char *rest, const char *base_dir,
@@ -156,21 +165,6 @@ static int aravis_open(struct camera **out, const char *rest, const char *base_d
 			 G_CALLBACK(on_control_lost), camera);
 	*out = &camera->base;
 	return 0;
-}
-
-static void aravis_stop(struct camera *base);
-
-static void aravis_close(struct camera *base)
-{
-	struct aravis_camera *camera = (struct aravis_camera *)base;
-
-	if (!camera)
-		return;
-	aravis_stop(base);
-	g_signal_handlers_disconnect_by_data(arv_camera_get_device(camera->device), camera);
-	g_object_unref(camera->device);
-	sem_destroy(&camera->ready);
-	free(camera);
 }
 
 static int aravis_configure(struct camera *base, const struct camera_mode *wanted,
@@ -268,6 +262,20 @@ static void start_clock(struct aravis_camera *camera)
 				 reading.bound_ns);
 }
 
+static void aravis_stop(struct camera *base);
+
+/* A USB camera that is gone says so itself. */
+static int start_watch(struct aravis_camera *camera)
+{
+	if (!arv_camera_is_gv_device(camera->device))
+		return 0;
+	camera->watch = (struct aravis_watch){.ip = aravis_ip(camera->device),
+					      .frames = &camera->started_count,
+					      .gone = on_gone,
+					      .user = camera};
+	return aravis_watch_init(&camera->watch);
+}
+
 static int aravis_start(struct camera *base, struct diag *diag)
 {
 	struct aravis_camera *camera = (struct aravis_camera *)base;
@@ -276,9 +284,11 @@ static int aravis_start(struct camera *base, struct diag *diag)
 	int result;
 
 	if (error)
-		return aravis_fail(&error, -EIO, camera->address, "payload size", diag);
+		return aravis_fail(&error, camera->gone ? -ENODEV : -EIO, camera->address,
+				   "payload size", diag);
 	camera->stopping = false;
-	camera->started_count = camera->done_count = 0;
+	camera->started_count = 0;
+	camera->done_count = 0;
 	camera->counter = (struct frame_counter){0};
 	start_clock(camera);
 	result = create_pool(camera, payload_bytes);
@@ -287,9 +297,10 @@ static int aravis_start(struct camera *base, struct diag *diag)
 	if (result)
 		goto fail;
 	arv_camera_start_acquisition(camera->device, &error);
-	if (!error)
+	result = error ? aravis_fail(&error, -EIO, camera->address, "start", diag)
+		       : start_watch(camera);
+	if (!result)
 		return 0;
-	result = aravis_fail(&error, -EIO, camera->address, "start", diag);
 fail:
 	aravis_stop(base);
 	return result;
@@ -307,20 +318,57 @@ static void report_losses(struct aravis_camera *camera)
 			    (uint64_t)underruns);
 }
 
-static void aravis_stop(struct camera *base)
+/* Asks the camera to stop sending: for seconds, when it is gone. */
+static void end_stream(struct aravis_camera *camera)
 {
-	struct aravis_camera *camera = (struct aravis_camera *)base;
-
 	if (camera->stream) {
-		if (!camera->gone) /* else it would be asked in vain for seconds */
+		if (!camera->gone)
 			arv_camera_stop_acquisition(camera->device, NULL);
 		report_losses(camera);
 		camera->stopping = true; /* buffers now die with the stream */
 		g_clear_object(&camera->stream);
 	}
 	destroy_pool(camera);
+}
+
+/* The stream of a camera that is gone ends when it is closed. */
+static void aravis_stop(struct camera *base)
+{
+	struct aravis_camera *camera = (struct aravis_camera *)base;
+
+	aravis_watch_finish(&camera->watch);
+	if (camera->gone)
+		return;
+	end_stream(camera);
 	while (sem_trywait(&camera->ready) == 0)
 		;
+}
+
+static void *bury(void *user)
+{
+	struct aravis_camera *camera = user;
+
+	aravis_watch_finish(&camera->watch);
+	end_stream(camera);
+	g_signal_handlers_disconnect_by_data(arv_camera_get_device(camera->device), camera);
+	g_object_unref(camera->device);
+	sem_destroy(&camera->ready);
+	free(camera);
+	return NULL;
+}
+
+/* Of a camera that is gone Aravis takes leave for ten seconds: nobody waits for that. */
+static void aravis_close(struct camera *base)
+{
+	struct aravis_camera *camera = (struct aravis_camera *)base;
+	pthread_t thread;
+
+	if (!camera)
+		return;
+	if (camera->gone && pthread_create(&thread, NULL, bury, camera) == 0)
+		pthread_detach(thread);
+	else
+		bury(camera);
 }
 
 /* Capture thread. Through the receive thread, but for a pool that ran dry: then Aravis starts no

@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <netinet/in.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -16,6 +17,10 @@ int aravis_list(camera_found_fn *found, void *user, struct diag *diag);
 /* Opens the device and takes control of it. `address` is `aravis:rest`, for messages. -ENODEV,
  * -EHOSTUNREACH, -EBUSY or -EIO with one message. */
 int aravis_open_device(ArvCamera **out, const char *address, const char *rest, struct diag *diag);
+
+/* Whether a camera answers at this address: 0, -ECONNREFUSED (a machine, but no camera), -ETIMEDOUT
+ * after 0.9 s, or why there is no way there. Any thread. */
+int aravis_probe(struct in_addr ip);
 
 /* As camera_driver.configure; also makes the device ready for a stream (packet size). */
 int aravis_configure_device(ArvCamera *device, const char *address,
@@ -33,6 +38,9 @@ struct device_clock {
 /* The sharpest of several readings; -ENOTSUP when the device has no clock that can be read, -EIO.
  */
 int aravis_read_clock(ArvCamera *device, struct device_clock *out);
+
+/* Of a GigE Vision device. */
+struct in_addr aravis_ip(ArvCamera *device);
 
 /* True when the device can send lost packets again. */
 bool aravis_resends(ArvCamera *device);

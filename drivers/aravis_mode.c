@@ -128,12 +128,14 @@ static int set_light(struct device_setting *s, const struct camera_mode *wanted)
 	return failed(s, "exposure and gain");
 }
 
-static bool on_loopback(ArvCamera *device)
+struct in_addr aravis_ip(ArvCamera *device)
 {
 	ArvGvDevice *gv = ARV_GV_DEVICE(arv_camera_get_device(device));
 	GInetSocketAddress *at = G_INET_SOCKET_ADDRESS(arv_gv_device_get_device_address(gv));
+	struct in_addr ip;
 
-	return g_inet_address_get_is_loopback(g_inet_socket_address_get_address(at));
+	memcpy(&ip, g_inet_address_to_bytes(g_inet_socket_address_get_address(at)), sizeof(ip));
+	return ip;
 }
 
 /* The largest packets that pass between camera and host: tried out where the camera has test
@@ -142,7 +144,7 @@ static int set_packet_size(struct device_setting *s)
 {
 	if (!arv_camera_is_gv_device(s->device))
 		return 0;
-	if (on_loopback(s->device)) {
+	if (ntohl(aravis_ip(s->device).s_addr) >> 24 == IN_LOOPBACKNET) {
 		arv_camera_gv_set_stream_options(s->device,
 						 ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
 		arv_camera_gv_set_packet_size_adjustment(s->device,

@@ -68,7 +68,7 @@ static int ask_once(int fd)
 	return recv(fd, reply, sizeof(reply), 0) < 0 ? -errno : 0;
 }
 
-static int probe(struct in_addr ip)
+int aravis_probe(struct in_addr ip)
 {
 	struct sockaddr_in camera = {
 		.sin_family = AF_INET, .sin_port = htons(GVCP_PORT), .sin_addr = ip};
@@ -127,7 +127,7 @@ static int resolve(const char **id, const char *address, const char *rest, struc
 	struct in_addr ip;
 
 	if (inet_pton(AF_INET, rest, &ip) == 1) {
-		int error = probe(ip);
+		int error = aravis_probe(ip);
 
 		*id = rest;
 		return error ? report_probe(error, address, diag) : 0;

@@ -28,7 +28,8 @@
 #define RATE_HZ 100.0
 #define WAIT_NS NS_PER_S
 #define SHOTS 200
-#define GONE_WITHIN_NS (10 * NS_PER_S)
+#define GONE_WITHIN_NS (NS_PER_S * 5 / 2) /* 1.7 s on an idle machine */
+#define STOP_WITHIN_NS NS_PER_S
 
 static const struct camera_driver *const driver = &aravis_camera_driver;
 static const char *program;
@@ -38,8 +39,6 @@ struct fixture {
 	struct gige_child child, lossy;
 	int64_t epoch_ns;
 	struct sim_scene *scene;
-	struct camera *unplugged;
-	int64_t unplugged_ns;
 };
 
 static int start_child(struct gige_child *child, uint32_t block, int64_t epoch_ns,
@@ -254,6 +253,32 @@ static void stalled_reader_recovers_and_its_loss_shows(void **state)
 	stop_camera(camera);
 }
 
+/* What a released frame's place holds changes while nobody acquires: the receiver writes there, so
+ * nobody has copied. */
+static void frames_are_lent_where_the_receiver_put_them(void **state)
+{
+	struct fixture *f = *state;
+	struct camera *camera = open_camera(&f->child, 3);
+	struct camera_mode mode = start_camera(camera, true);
+	size_t size_bytes = (size_t)mode.width_px * (size_t)mode.height_px;
+	uint8_t *before = malloc(size_bytes);
+	struct frame frame, other;
+
+	assert_non_null(before);
+	assert_int_equal(driver->acquire(camera, WAIT_NS, &frame), 0);
+	assert_int_equal(driver->acquire(camera, WAIT_NS, &other), 0);
+	assert_ptr_not_equal(frame.pixels, other.pixels);
+	const uint8_t *place = frame.pixels;
+
+	memcpy(before, place, size_bytes);
+	driver->release(camera, &frame);
+	clock_sleep_until(clock_now_ns() + NS_PER_S);
+	assert_memory_not_equal(before, place, size_bytes);
+	free(before);
+	driver->release(camera, &other);
+	stop_camera(camera);
+}
+
 /* Opens, expects `error`, and finds each of the words in the one message. */
 static void refused(const char *rest, int error, const char *word, const char *other)
 {
@@ -361,25 +386,6 @@ static void damaged_frames_are_refused_and_whole_ones_are_right(void **state)
 	stop_camera(camera);
 }
 
-/* Takes the cameras away; that they are gone shows some seconds later, two tests on. */
-static void unplugging_damages_no_frame_that_came_before(void **state)
-{
-	struct fixture *f = *state;
-	struct sim_renderer *truth;
-	struct frame frame;
-
-	f->unplugged = open_camera(&f->child, 0);
-	start_camera(f->unplugged, true);
-	assert_int_equal(sim_renderer_create(&truth, f->scene, 0, SIM_NOISE_FAST), 0);
-	clock_sleep_until(clock_now_ns() + NS_PER_S / 5);
-	gige_child_end(&f->child, SIGKILL);
-	f->unplugged_ns = clock_now_ns();
-	assert_int_equal(driver->acquire(f->unplugged, WAIT_NS, &frame), 0);
-	check_frame(f, truth, &frame);
-	driver->release(f->unplugged, &frame);
-	sim_renderer_destroy(truth);
-}
-
 static void second_receiver_is_told_that_the_camera_is_busy(void **state)
 {
 	struct fixture *f = *state;
@@ -391,20 +397,59 @@ static void second_receiver_is_told_that_the_camera_is_busy(void **state)
 	driver->close(camera);
 }
 
-static void unplugged_camera_is_gone_for_good(void **state)
+/* Until the driver says that it is gone for good; frames that came before are whole. */
+static int64_t gone_after_ns(struct camera *camera, int64_t since_ns)
 {
-	struct fixture *f = *state;
 	struct frame frame;
 	int error;
 
 	do {
-		error = driver->acquire(f->unplugged, WAIT_NS / 10, &frame);
+		error = driver->acquire(camera, WAIT_NS / 10, &frame);
 		if (!error)
-			driver->release(f->unplugged, &frame);
-	} while (error != -ENODEV && clock_now_ns() < f->unplugged_ns + GONE_WITHIN_NS);
+			driver->release(camera, &frame);
+	} while (error != -ENODEV && clock_now_ns() < since_ns + 2 * GONE_WITHIN_NS);
 	assert_int_equal(error, -ENODEV);
-	assert_int_equal(driver->acquire(f->unplugged, 0, &frame), -ENODEV);
-	stop_camera(f->unplugged);
+	assert_int_equal(driver->acquire(camera, 0, &frame), -ENODEV);
+	return clock_now_ns() - since_ns;
+}
+
+static void unplugged_camera_is_soon_gone_and_keeps_nobody_waiting(void **state)
+{
+	struct fixture *f = *state;
+	struct camera *camera = open_camera(&f->child, 0);
+	struct sim_renderer *truth;
+	struct frame frame;
+
+	start_camera(camera, true);
+	assert_int_equal(sim_renderer_create(&truth, f->scene, 0, SIM_NOISE_FAST), 0);
+	clock_sleep_until(clock_now_ns() + NS_PER_S / 5);
+	gige_child_end(&f->child, SIGKILL);
+	int64_t unplugged_ns = clock_now_ns();
+
+	assert_int_equal(driver->acquire(camera, WAIT_NS, &frame), 0);
+	check_frame(f, truth, &frame);
+	driver->release(camera, &frame);
+	assert_in_range(gone_after_ns(camera, unplugged_ns), 0, GONE_WITHIN_NS);
+	int64_t gone_ns = clock_now_ns();
+
+	stop_camera(camera);
+	assert_in_range(clock_now_ns() - gone_ns, 0, STOP_WITHIN_NS);
+	sim_renderer_destroy(truth);
+}
+
+/* A cable that is pulled answers nothing at all. */
+static void silent_camera_is_soon_gone(void **state)
+{
+	struct fixture *f = *state;
+	struct camera *camera = open_camera(&f->lossy, 1);
+
+	start_camera(camera, true);
+	kill(f->lossy.pid, SIGSTOP);
+	int64_t after_ns = gone_after_ns(camera, clock_now_ns());
+
+	kill(f->lossy.pid, SIGCONT);
+	stop_camera(camera);
+	assert_in_range(after_ns, 0, GONE_WITHIN_NS);
 }
 
 static void told_to_end_the_simulator_ends(void **state)
@@ -426,9 +471,10 @@ int main(int argc, char **argv)
 		cmocka_unit_test(discovery_finds_every_camera),
 		cmocka_unit_test(second_simulator_on_an_address_is_refused),
 		cmocka_unit_test(damaged_frames_are_refused_and_whole_ones_are_right),
-		cmocka_unit_test(unplugging_damages_no_frame_that_came_before),
+		cmocka_unit_test(frames_are_lent_where_the_receiver_put_them),
 		cmocka_unit_test(second_receiver_is_told_that_the_camera_is_busy),
-		cmocka_unit_test(unplugged_camera_is_gone_for_good),
+		cmocka_unit_test(unplugged_camera_is_soon_gone_and_keeps_nobody_waiting),
+		cmocka_unit_test(silent_camera_is_soon_gone),
 		cmocka_unit_test(told_to_end_the_simulator_ends),
 	};
 
