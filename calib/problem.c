@@ -12,6 +12,8 @@
 static const mrcal_problem_constants_t CONSTANTS = {.point_min_range = 1e-3,
 						    .point_max_range = 1e3};
 
+#define ENTRIES_LENS_MAX 36 /* core, and cubic splines: 4 x 4 knots, twice */
+
 static size_t take(size_t *at, size_t bytes)
 {
 	size_t start = *at;
@@ -219,11 +221,15 @@ int problem_evaluate(struct problem *p, double *packed, struct cholmod_sparse_st
 	return good ? 0 : -EDOM;
 }
 
-int problem_entry_count(const struct problem *p)
+/* A corner's row has its lens, its camera's pose, the board's pose and the warp; of a splined lens
+ * the knots around it. Regularisation has less in a row. */
+int problem_entry_room(const struct problem *p)
 {
-	return _mrcal_num_j_nonzero(p->view_count, 0, p->width, p->height, p->camera_count,
-				    p->camera_count - 1, p->frame_count, 0, 0, p->views, NULL,
-				    p->selections, &p->lens);
+	int lens = mrcal_num_intrinsics_optimization_params(p->selections, &p->lens);
+
+	if (lens > ENTRIES_LENS_MAX)
+		lens = ENTRIES_LENS_MAX;
+	return problem_measurement_count(p) * (lens + 6 + 6 + 2);
 }
 
 /* Where every number is 1, the packed state is what 1 becomes. (The library's own function for it

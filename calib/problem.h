@@ -52,7 +52,7 @@ void problem_optimise(struct problem *problem, mrcal_problem_selections_t select
 int problem_measurement_count(const struct problem *problem);
 int problem_state_count(const struct problem *problem);
 
-int problem_entry_count(const struct problem *problem); /* of the Jacobian */
+int problem_entry_room(const struct problem *problem); /* for the Jacobian: it has no more */
 
 /* Real units of each packed number of the state. Spoils the block's numbers: set them anew. Returns
  * 0 or -EDOM. */

@@ -230,7 +230,7 @@ static int find(struct uncertainty *u, struct problem *problem, const struct sol
 	struct derivatives d = {.states = states, .problem = problem, .solution = solution};
 	cholmod_sparse *jt = cholmod_allocate_sparse(
 		states, (size_t)problem_measurement_count(problem),
-		(size_t)problem_entry_count(problem), 1, 1, 0, CHOLMOD_REAL, common);
+		(size_t)problem_entry_room(problem), 1, 1, 0, CHOLMOD_REAL, common);
 	double *packed = malloc(states * sizeof(*packed));
 	int err = -ENOMEM;
 
