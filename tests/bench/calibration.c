@@ -9,13 +9,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "../unit/calib_look.h"
 #include "../unit/calib_wave.h"
-#include "base/clock.h"
-#include "calib/rig_write.h"
-#include "calibration_marks.h"
+#include "calib/uncertainty.h"
+#include "calibration_parts.h"
 #include "calibration_tool.h"
 #include "tests/bench/figures.h"
 
@@ -85,76 +83,6 @@ static void against_truth(json_t *figures, uint64_t seed, bool with_tool)
 	put(figures, "mrcal_tool_compared", compared);
 	seed_finish(&start);
 	solution_finish(&solution);
-	wave_finish(&waved);
-}
-
-static void remove_rig(const char *dir, const struct waved *waved)
-{
-	char path[256];
-
-	for (uint32_t c = 0; c < waved->camera_count; c++) {
-		snprintf(path, sizeof(path), "%s/%s.cameramodel", dir, waved->cameras[c].name);
-		unlink(path);
-	}
-	snprintf(path, sizeof(path), "%s/rig.yaml", dir);
-	unlink(path);
-	rmdir(dir);
-}
-
-/* All that comes after the last picture's corners. */
-static int make_rig(const char *dir, const struct waved *waved)
-{
-	const struct solve_settings settings = SOLVE_SETTINGS_DEFAULT;
-	const struct observations *o = &waved->observations;
-	static struct volume volume;
-	static struct uncertainty uncertainty;
-	struct solution solution;
-	struct cross_check check;
-	struct seed seed;
-	char revision[17];
-	int err = wave_solve(waved, &solution, &seed);
-
-	if (err)
-		return err;
-	err = volume_of_poses(&volume, &solution, o);
-	if (!err)
-		err = uncertainty_find(&uncertainty, &solution, o, &volume);
-	if (!err)
-		err = cross_check(&check, o, &seed, &solution, &volume, &settings, NULL);
-	const struct rig_facts facts = {.software = "bench",
-					.observations = o,
-					.solution = &solution,
-					.volume = &volume,
-					.uncertainty = &uncertainty,
-					.cross_check = &check,
-					.rt_stage_ref = POSE_IDENTITY};
-	if (!err)
-		err = rig_write(dir, &facts, revision, NULL);
-	seed_finish(&seed);
-	solution_finish(&solution);
-	return err;
-}
-
-static void time_eleven(json_t *figures, uint64_t seed)
-{
-	const struct wave wave = {.ir_count = 8,
-				  .hd_count = 3,
-				  .pose_count = POSES,
-				  .board = BOARD,
-				  .noise_px = NOISE_PX,
-				  .seed = seed};
-	char dir[] = "/tmp/bench-calibration-rigXXXXXX";
-	struct waved waved;
-
-	wave_make(&waved, &wave);
-	if (!mkdtemp(dir) || rmdir(dir))
-		die(dir, -errno);
-	int64_t start_ns = clock_now_ns();
-	int err = make_rig(dir, &waved);
-	if (err)
-		die("8 IR and 3 HD cameras", err);
-	put(figures, "wall_s", (double)(clock_now_ns() - start_ns) * 1e-9);
-	remove_rig(dir, &waved);
 	wave_finish(&waved);
 }
 
@@ -279,9 +207,11 @@ int main(int argc, char **argv)
 			return usage(option == 'h' ? 0 : 2);
 		}
 	against_truth(figures, seed, with_tool);
-	time_eleven(figures, seed);
 	look_at_pictures(figures);
-	int err = measure_hd(figures, seed);
+	int err = measure_time(figures, seed);
+	if (err)
+		die("8 IR and 3 HD cameras", err);
+	err = measure_hd(figures, seed);
 	if (err)
 		die("HD pictures", err);
 	err = measure_aim(figures, seed, minutes);

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 #include "../unit/aim_play.h"
-#include "calibration_marks.h"
+#include "calibration_parts.h"
 
 #define BUMP_RAD 0.2e-3
 #define GIVE_UP_S 6

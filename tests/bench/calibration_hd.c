@@ -12,7 +12,7 @@
 #include "../unit/calib_wave.h"
 #include "../unit/hd_spots.h"
 #include "calib/rig_write.h"
-#include "calibration_marks.h"
+#include "calibration_parts.h"
 #include "protocol/stage_client.h"
 #include "sim/hd_render.h"
 #include "sim/play.h"
