@@ -148,6 +148,29 @@ void problem_finish(struct problem *problem)
 	memset(problem, 0, sizeof(*problem));
 }
 
+/* Views of which some corner was used. */
+static bool *mark_used(const struct solution *solution)
+{
+	bool *used = calloc(solution->view_count, sizeof(*used));
+
+	for (size_t i = 0; used && i < (size_t)solution->view_count * solution->corner_count; i++)
+		if (!isnan(solution->residual_px[i][0]))
+			used[i / solution->corner_count] = true;
+	return used;
+}
+
+int problem_init_solved(struct problem *problem, const struct observations *observations,
+			const struct solution *solution)
+{
+	bool *used = mark_used(solution);
+	int err = used ? problem_init(problem, observations, used, solution->lens) : -ENOMEM;
+
+	free(used);
+	if (!err)
+		problem->selections = problem_last_selections(problem);
+	return err;
+}
+
 void problem_set(struct problem *problem, const struct solution *solution)
 {
 	size_t cameras = solution->camera_count;

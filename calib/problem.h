@@ -37,6 +37,11 @@ struct problem {
  */
 int problem_init(struct problem *problem, const struct observations *observations, const bool *used,
 		 const char *lens);
+
+/* Of the views that a solution was made from, with the selections of its last stage; its numbers
+ * come with problem_set(). Returns 0 or a negative errno. */
+int problem_init_solved(struct problem *problem, const struct observations *observations,
+			const struct solution *solution);
 void problem_finish(struct problem *problem); /* zeroed is fine */
 
 /* Takes lenses, cameras, poses and warp from a solution of the same observations, and leaves out

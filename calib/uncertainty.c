@@ -255,30 +255,16 @@ static int find(struct uncertainty *u, struct problem *problem, const struct sol
 	return err;
 }
 
-/* Views of which some corner was used. */
-static bool *mark_used(const struct solution *solution)
-{
-	bool *used = calloc(solution->view_count, sizeof(*used));
-
-	for (size_t i = 0; used && i < (size_t)solution->view_count * solution->corner_count; i++)
-		if (!isnan(solution->residual_px[i][0]))
-			used[i / solution->corner_count] = true;
-	return used;
-}
-
 int uncertainty_find(struct uncertainty *uncertainty, const struct solution *solution,
 		     const struct observations *observations, const struct volume *volume)
 {
 	struct uncertainty made = {.count = volume->count};
 	struct problem problem;
 	cholmod_common common;
-	bool *used = mark_used(solution);
-	int err = used ? problem_init(&problem, observations, used, solution->lens) : -ENOMEM;
+	int err = problem_init_solved(&problem, observations, solution);
 
-	free(used);
 	if (err)
 		return err;
-	problem.selections = problem_last_selections(&problem);
 	cholmod_start(&common);
 	common.print = 0;
 	err = find(&made, &problem, solution, volume, &common);

@@ -75,11 +75,24 @@ static int build_view(struct view *view, const mrcal_cameramodel_t *model, const
 }
 
 /* FNV-1a, 64 bits. */
-static uint64_t digest(uint64_t hash, const char *bytes, size_t count)
+static uint64_t digest(uint64_t hash, const void *bytes, size_t count)
 {
 	for (size_t i = 0; i < count; i++)
-		hash = (hash ^ (unsigned char)bytes[i]) * UINT64_C(0x100000001b3);
+		hash = (hash ^ ((const unsigned char *)bytes)[i]) * UINT64_C(0x100000001b3);
 	return hash;
+}
+
+/* What projects, and not the text around it: a model may also carry what it was made from. */
+static uint64_t digest_model(uint64_t hash, const mrcal_cameramodel_t *model)
+{
+	size_t numbers = (size_t)mrcal_lensmodel_num_params(&model->lensmodel);
+	char lens[256];
+
+	mrcal_lensmodel_name(lens, sizeof(lens), &model->lensmodel);
+	hash = digest(hash, lens, strlen(lens) + 1);
+	hash = digest(hash, model->intrinsics, numbers * sizeof(*model->intrinsics));
+	hash = digest(hash, model->rt_cam_ref, sizeof(model->rt_cam_ref));
+	return digest(hash, model->imagersize, sizeof(model->imagersize));
 }
 
 static int load_model(struct view *view, const char *path, uint64_t *hash, struct diag *diag)
@@ -95,7 +108,6 @@ static int load_model(struct view *view, const char *path, uint64_t *hash, struc
 	int err = file_read(&text, &size, path, MODEL_SIZE_MAX, diag);
 	if (err)
 		return err;
-	*hash = digest(*hash, text, size);
 	err = model_text_check(text, size, path, diag);
 	if (err)
 		goto done;
@@ -111,6 +123,7 @@ static int load_model(struct view *view, const char *path, uint64_t *hash, struc
 		goto done;
 	}
 	err = build_view(view, model, path, diag);
+	*hash = digest_model(*hash, model);
 	mrcal_free_cameramodel(&model);
 done:
 	free(text);

@@ -12,7 +12,7 @@
 
 struct rig {
 	uint32_t camera_count;
-	char revision[17]; /* hex digest of the model files: names this calibration in the stream */
+	char revision[17]; /* hex digest of the models' numbers: names this calibration in the stream */
 	char names[CAMERA_MAX][NAME_BYTES];
 	struct view views[CAMERA_MAX]; /* owned */
 };

@@ -11,6 +11,7 @@
 #include "calib/rig_store.h"
 #include "calib/rig_write.h"
 #include "calib/scale_check.h"
+#include "ctl/calibrate_finish.h"
 #include "ctl/calibrate_screen.h"
 
 #ifndef STAGE_VERSION
@@ -135,7 +136,10 @@ int calibrate_make(struct calibrate_making *k, struct diag *diag)
 	if (err)
 		return err;
 	judge(k, diag);
-	return write_rig(k, diag);
+	err = write_rig(k, diag);
+	if (!err)
+		calibrate_finish(k);
+	return err;
 }
 
 void calibrate_making_finish(struct calibrate_making *k)

@@ -101,6 +101,57 @@ def test_same_corners_give_the_same_bytes(calibrated, corners, tmp_path):
         assert file.read_bytes() == (tmp_path / "rig" / file.name).read_bytes(), file.name
 
 
+MRCAL_LOOKS = """
+import mrcal, numpy, sys
+model = mrcal.cameramodel(sys.argv[1])
+inputs = model.optimization_inputs()
+left = mrcal.optimizer_callback(**inputs, no_jacobian=True, no_factorization=True)[1]
+seen = inputs["observations_board"][..., 2].ravel() > 0
+left = left[:2 * seen.size].reshape(-1, 2)[seen]
+print(numpy.sqrt((left ** 2).sum() / seen.sum()))
+print(abs(model.intrinsics()[1] - inputs["intrinsics"][model.icam_intrinsics()]).max())
+"""
+
+
+def test_mrcal_opens_the_models_with_what_they_were_made_from(calibrated):
+    result, rig = calibrated
+    if subprocess.run(["/usr/bin/python3", "-c", "import mrcal"], capture_output=True,
+                      check=False).returncode:
+        pytest.skip("python3-mrcal is not installed")
+    for camera in CAMERAS:
+        model = rig / f"{camera}.cameramodel"
+        looked = subprocess.run(["/usr/bin/python3", "-c", MRCAL_LOOKS, model], text=True,
+                                capture_output=True, check=True).stdout.split()
+        assert float(looked[0]) == pytest.approx(result["rms_px"], rel=1e-9)
+        assert float(looked[1]) == 0
+    shown = subprocess.run(["/usr/bin/python3", "/usr/bin/mrcal-show-residuals", "--magnitudes",
+                            "--hardcopy", rig.parent / "shown.png", model], check=False,
+                           capture_output=True, text=True) if pathlib.Path(
+                               "/usr/bin/mrcal-show-residuals").exists() else None
+    assert shown is None or shown.returncode == 0, shown.stderr
+
+
+def numbers_of(model):
+    return {line.split(":")[0]: line for line in model.read_text().splitlines()
+            if re.match(r" *'(lensmodel|intrinsics|extrinsics|imagersize)'", line)}
+
+
+def test_no_python_is_needed_and_makes_the_same_rig(calibrated, corners, tmp_path, monkeypatch):
+    (tmp_path / "mrcal.py").write_text("raise ImportError('as if it were not installed')\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    done = ctl("calibrate", "cameras", "--from", corners, "--out", tmp_path / "rig", timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert "python3-mrcal is not installed" in done.stderr
+    assert sorted(p.name for p in (tmp_path / "rig.d").iterdir()) == ["0001"]
+    for file in calibrated[1].iterdir():
+        mine = tmp_path / "rig" / file.name
+        if file.suffix == ".cameramodel":
+            assert "optimization_inputs" not in mine.read_text()
+            assert len(numbers_of(mine)) == 4 and numbers_of(mine) == numbers_of(file)
+        else:
+            assert mine.read_bytes() == file.read_bytes(), file.name
+
+
 def test_rig_from_before_keeps_its_frame_and_can_come_back(waved, corners, tmp_path):
     config = tmp_path / "stage.yaml"
     config.write_text((waved / "stage.yaml").read_text())
