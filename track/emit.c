@@ -118,19 +118,26 @@ void emit_markers(struct tracker_state *state, const struct labelling *l,
 		  const struct point *points, uint32_t point_count, const bool *shown,
 		  struct marker_set *out)
 {
+	bool named[LABEL_MAX] = {false};
+
 	out->label_count = out->marker_count = state->label_count;
 	out->markers_lost = 0;
 	state->loose_count = 0;
-	for (uint32_t i = 0; i < state->label_count; i++)
-		emit_unseen(state, l, points, i, shown[state->labels[i].frame],
-			    out->mid_exposure_ns, &out->markers[i]);
 	for (uint32_t p = 0; p < point_count; p++) {
-		if (points[p].label == LABEL_NONE)
+		int16_t label = points[p].label;
+
+		if (label == LABEL_NONE) {
 			emit_loose(state, &points[p],
 				   points[p].fix.used_count >= 3 && l->is_ghost[p], out);
-		else
-			emit_named(state, l, &points[p], out);
+			continue;
+		}
+		emit_named(state, l, &points[p], out);
+		named[label] = true;
 	}
+	for (uint32_t i = 0; i < state->label_count; i++)
+		if (!named[i])
+			emit_unseen(state, l, points, i, shown[state->labels[i].frame],
+				    out->mid_exposure_ns, &out->markers[i]);
 	for (uint32_t i = 0; i < state->label_count; i++)
 		emit_layers(state, l, i, shown, &out->markers[i]);
 }

@@ -17,29 +17,31 @@ struct equations {
 	float h[PATTERN_MAX][PATTERN_MAX], g[PATTERN_MAX];
 };
 
-/* Four rows of the lower triangle, in whole fours. */
-static inline void add_square(float (*restrict h)[PATTERN_MAX], const float *restrict u,
-			      float weight, int first, int end)
+/* Rows of the lower triangle from `first`, in whole fours; the three axes of a marker in turn. */
+static inline void add_squares(struct equations *restrict q, const float (*restrict u)[PATTERN_MAX],
+			       float weight, int first)
 {
-	for (int j = first; j < first + 4; j++)
-		for (int k = 0; k < end; k++)
-			h[j][k] += weight * u[j] * u[k];
+	for (int j = first; j < first + 4; j++) {
+		float x = weight * u[0][j], y = weight * u[1][j], z = weight * u[2][j];
+
+		for (int k = 0; k < first + 4; k++)
+			q->h[j][k] = q->h[j][k] + x * u[0][k] + y * u[1][k] + z * u[2][k];
+	}
 }
 
 static void add_row(struct equations *restrict q, const struct expression_row *row,
 		    const float d[3], float weight)
 {
-	for (int c = 0; c < 3; c++) {
-		const float *u = row->shift_mm[c];
-		float own = weight * (d[c] - u[0]);
+	const float(*u)[PATTERN_MAX] = row->shift_mm;
+	float x = weight * (d[0] - u[0][0]), y = weight * (d[1] - u[1][0]);
+	float z = weight * (d[2] - u[2][0]);
 
-		for (int k = 0; k < PATTERN_MAX; k++)
-			q->g[k] += own * u[k];
-		add_square(q->h, u, weight, 0, 4);
-		add_square(q->h, u, weight, 4, 8);
-		add_square(q->h, u, weight, 8, 12);
-		add_square(q->h, u, weight, 12, 16);
-	}
+	for (int k = 0; k < PATTERN_MAX; k++)
+		q->g[k] = q->g[k] + x * u[0][k] + y * u[1][k] + z * u[2][k];
+	add_squares(q, u, weight, 0);
+	add_squares(q, u, weight, 4);
+	add_squares(q, u, weight, 8);
+	add_squares(q, u, weight, 12);
 }
 
 /* Before any marker is seen: each amount comes from the last one and falls back to nothing, as fast

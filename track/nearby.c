@@ -1,5 +1,5 @@
 /*
- * Shell sort along x, binary search.
+ * Shell sort along x; strips say between which entries to search.
  */
 #include "track/nearby.h"
 
@@ -20,6 +20,29 @@ static void sort_by_x(struct nearby *n)
 		}
 }
 
+/* Of two places the one farther along x is in no earlier strip. */
+static int strip_of(const struct nearby *n, double x_m)
+{
+	double strips = (x_m - n->x_first_m) * n->strips_per_m;
+
+	return strips > 0 ? (strips < NEARBY_STRIP_COUNT - 1 ? (int)strips : NEARBY_STRIP_COUNT - 1)
+			  : 0;
+}
+
+static void index_strips(struct nearby *n)
+{
+	int strip = 0;
+
+	n->x_first_m = n->count ? n->p_stage_m[0].x : 0;
+	double width_m = n->count ? n->p_stage_m[n->count - 1].x - n->x_first_m : 0;
+	n->strips_per_m = width_m > 0 ? NEARBY_STRIP_COUNT / width_m : 0;
+	for (int k = 0; k < n->count; k++)
+		for (int its = strip_of(n, n->p_stage_m[k].x); strip <= its; strip++)
+			n->strip_from[strip] = (uint16_t)k;
+	for (; strip <= NEARBY_STRIP_COUNT; strip++)
+		n->strip_from[strip] = (uint16_t)n->count;
+}
+
 void nearby_build(struct nearby *n, const struct point *points, uint32_t point_count,
 		  const bool *skip)
 {
@@ -31,11 +54,13 @@ void nearby_build(struct nearby *n, const struct point *points, uint32_t point_c
 		n->point[n->count++] = (int16_t)p;
 	}
 	sort_by_x(n);
+	index_strips(n);
 }
 
 int nearby_from(const struct nearby *n, double x_m)
 {
-	int low = 0, high = n->count;
+	int strip = strip_of(n, x_m);
+	int low = n->strip_from[strip], high = n->strip_from[strip + 1];
 
 	while (low < high) {
 		int middle = (low + high) / 2;

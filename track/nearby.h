@@ -10,10 +10,16 @@
 #include "base/geometry.h"
 #include "track/match.h"
 
+#define NEARBY_STRIP_COUNT 256
+
 struct nearby {
 	int count;
 	struct vec3 p_stage_m[POINT_MAX]; /* by x */
 	int16_t point[POINT_MAX];
+
+	/* where in it to look: strips across x, of equal width */
+	double x_first_m, strips_per_m;
+	uint16_t strip_from[NEARBY_STRIP_COUNT + 1]; /* the first entry that is not before it */
 };
 
 /* Of the points with at least three views with a say, even if one was outvoted; without those that

@@ -76,18 +76,20 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 	return reading != READING_SHIFTED && steady_s > STEADY_ALONE_S;
 }
 
-/* A name that goes against its neighbours for long was wrong from the start. */
-static bool is_strange(struct tracker_state *state, const struct labelling *l, uint32_t i)
-{
-	struct label_state *label = &state->labels[i];
+/* Where the neighbours tell that a label is. */
+struct hearsay {
+	int count; /* of those that tell */
 	struct vec3 told_m;
 	double sigma_m;
+};
 
-	if (label->kind != LABEL_SKIN ||
-	    predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m) < 3)
+/* A name that goes against its neighbours for long was wrong from the start. */
+static bool is_strange(struct label_state *label, const struct hearsay *hearsay, struct vec3 seen_m)
+{
+	if (label->kind != LABEL_SKIN || hearsay->count < 3)
 		return false;
-	double limit_m = STRANGE_M + 0.4 * label->spacing_m + 2 * sigma_m;
-	double off = vec3_distance(told_m, l->seen_m[i]) / limit_m;
+	double limit_m = STRANGE_M + 0.4 * label->spacing_m + 2 * hearsay->sigma_m;
+	double off = vec3_distance(hearsay->told_m, seen_m) / limit_m;
 	label->strange_count = off > 1 ? label->strange_count + (int)(off * off) : 0;
 	return label->strange_count > STRANGE_MAX;
 }
@@ -176,7 +178,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 {
 	struct label_state *label = &state->labels[i];
 	int64_t last_ns = state->mid_exposure_ns; /* of the shot before */
-	struct vec3 told_m;
+	struct hearsay hearsay;
 
 	/* What held so far was another point. */
 	bool jumped = l->seen[i] && label->kind == LABEL_SKIN &&
@@ -188,7 +190,9 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 		label->steady_since_ns = 0;
 		return;
 	}
-	if (is_strange(state, l, i)) {
+	hearsay.count =
+		predict_told(state, label, l->seen, l->seen_m, &hearsay.told_m, &hearsay.sigma_m);
+	if (is_strange(label, &hearsay, l->seen_m[i])) {
 		label->confirmed = false;
 		label->strange_count = 0;
 		label->steady_since_ns = 0;
@@ -200,8 +204,8 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 	if (!followed && !may_confirm(state, l, leftovers, point, i, jumped, now_ns))
 		return;
 	if (point->fix.used_count >= 3) {
-		predict_told(state, label, l->seen, l->seen_m, &told_m, &label->told_sigma_m);
-		label->offset_m = vec3_sub(l->seen_m[i], told_m);
+		label->told_sigma_m = hearsay.sigma_m;
+		label->offset_m = vec3_sub(l->seen_m[i], hearsay.told_m);
 	}
 	label->named_s = followed ? label->named_s + dt_s : 0;
 	label->unbroken_s = followed && label->seen_ns == last_ns ? label->unbroken_s + dt_s : 0;
