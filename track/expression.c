@@ -70,39 +70,42 @@ static void expect(const struct expression_state *x, double age_s, struct equati
 	}
 }
 
-/* Rows of the inverse of the factor, turned about. */
-static void spread_of(const double factor[PATTERN_MAX][PATTERN_MAX], int count,
-		      float spread[PATTERN_MAX][PATTERN_MAX])
-{
-	memset(spread, 0, PATTERN_MAX * sizeof(spread[0]));
-	for (int k = 1; k < count; k++) {
-		double column[PATTERN_MAX] = {0};
+struct factor {
+	double u[PATTERN_MAX][PATTERN_MAX];
+};
 
-		column[k] = 1;
-		solve_lower(factor, k, count, column);
-		for (int i = k; i < count; i++)
-			spread[k][i] = (float)column[i];
+/* Rows of the inverse of the factor. */
+static void tell_spread(const struct factor *factor, struct expression *out)
+{
+	memset(out->spread, 0, sizeof(out->spread));
+	for (int first = 1; first < out->count; first += SIDES) {
+		sides b[PATTERN_MAX] = {0};
+
+		for (int s = 0; s < SIDES && first + s < out->count; s++)
+			b[first + s][s] = 1;
+		solve_lower(factor->u, first, out->count, b);
+		for (int s = 0; s < SIDES && first + s < out->count; s++)
+			for (int i = first + s; i < out->count; i++)
+				out->spread[first + s][i] = (float)b[i][s];
 	}
 }
 
-static void solve(const struct expression_state *x, const struct equations *q,
-		  struct expression *out)
+static void solve(const struct equations *q, struct factor *factor, struct expression *out)
 {
-	double factor[PATTERN_MAX][PATTERN_MAX], b[PATTERN_MAX];
+	sides b[PATTERN_MAX];
 
-	for (int i = 1; i < x->count; i++) {
+	for (int i = 1; i < out->count; i++) {
 		for (int j = 1; j <= i; j++)
-			factor[i][j] = q->h[i][j];
-		b[i] = q->g[i];
+			factor->u[j][i] = q->h[i][j];
+		b[i] = (sides){q->g[i]};
 	}
-	factorise(factor, 1, x->count, 1);
-	solve_lower(factor, 1, x->count, b);
-	solve_upper(factor, 1, x->count, b);
-	spread_of(factor, x->count, out->spread);
+	factorise(factor->u, 1, out->count, 1);
+	solve_lower(factor->u, 1, out->count, b);
+	solve_upper(factor->u, 1, out->count, b);
 	memset(out->amount, 0, sizeof(out->amount));
 	out->amount[0] = 1;
-	for (int i = 1; i < x->count; i++)
-		out->amount[i] = (float)b[i];
+	for (int i = 1; i < out->count; i++)
+		out->amount[i] = (float)b[i][0];
 }
 
 /* Of a marker that lies so far off: the name of one far off may be wrong. */
@@ -147,6 +150,7 @@ void expression_solve(const struct tracker_state *state, int actor, int64_t now_
 	const struct frame_state *f = &state->frames[actor];
 	float weights[LABEL_MAX], d[3];
 	struct equations q;
+	struct factor factor;
 	int count = 0;
 
 	expect(x, (double)(now_ns - x->seen_ns) * 1e-9, &q);
@@ -162,12 +166,13 @@ void expression_solve(const struct tracker_state *state, int actor, int64_t now_
 	out->count = x->count;
 	if (!out->known)
 		return;
-	solve(x, &q, out);
+	solve(&q, &factor, out);
 	for (int round = 1; round < ROUNDS; round++) {
 		if (!reweigh(state, actor, tells, seen_m, out->amount, weights, &q))
-			return;
-		solve(x, &q, out);
+			break;
+		solve(&q, &factor, out);
 	}
+	tell_spread(&factor, out);
 }
 
 /* Of a row, by that of the amounts, per axis. */

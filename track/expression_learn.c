@@ -93,22 +93,22 @@ static void row_learn(struct expression_row *row, const float *amount,
 
 static void row_solve(struct expression_row *row, int count)
 {
-	double a[PATTERN_MAX][PATTERN_MAX], b[PATTERN_MAX];
+	double a[PATTERN_MAX][PATTERN_MAX];
+	sides b[PATTERN_MAX] = {0};
 
 	for (int i = 0; i < count; i++) {
-		for (int j = 0; j <= i; j++)
+		for (int j = i; j < count; j++)
 			a[i][j] = row->square[i][j];
 		a[i][i] += KEEP_S;
+		for (int c = 0; c < 3; c++)
+			b[i][c] = row->product[c][i] + KEEP_S * row->shift_mm[c][i];
 	}
 	factorise(a, 0, count, KEEP_S);
-	for (int c = 0; c < 3; c++) {
-		for (int k = 0; k < count; k++)
-			b[k] = row->product[c][k] + KEEP_S * row->shift_mm[c][k];
-		solve_lower(a, 0, count, b);
-		solve_upper(a, 0, count, b);
-		for (int k = 0; k < count; k++)
-			row->shift_mm[c][k] = (float)b[k];
-	}
+	solve_lower(a, 0, count, b);
+	solve_upper(a, 0, count, b);
+	for (int i = 0; i < count; i++)
+		for (int c = 0; c < 3; c++)
+			row->shift_mm[c][i] = (float)b[i][c];
 }
 
 /* A few rows at a time. */

@@ -45,35 +45,41 @@ static inline float sum_of_squares(const float *v)
 	return sum;
 }
 
-/* Lower triangle of rows and columns first .. count - 1; `least` is on the diagonal alone. */
+/* Right-hand sides, solved together. */
+typedef double sides __attribute__((vector_size(32)));
+#define SIDES 4
+
+/* Upper triangle of rows and columns first .. count - 1: what its transpose times it gives. `least`
+ * is on the diagonal alone. Every row is done with before the next, along rows in memory. */
 static inline void factorise(double a[PATTERN_MAX][PATTERN_MAX], int first, int count, double least)
 {
-	for (int i = first; i < count; i++)
-		for (int j = first; j <= i; j++) {
-			double sum = a[i][j];
-
-			for (int k = first; k < j; k++)
-				sum -= a[i][k] * a[j][k];
-			a[i][j] = i == j ? sqrt(fmax(sum, least / 2)) : sum / a[j][j];
-		}
-}
-
-static inline void solve_lower(const double l[PATTERN_MAX][PATTERN_MAX], int first, int count,
-			       double *b)
-{
-	for (int i = first; i < count; i++) {
-		for (int k = first; k < i; k++)
-			b[i] -= l[i][k] * b[k];
-		b[i] /= l[i][i];
+	for (int k = first; k < count; k++) {
+		a[k][k] = sqrt(a[k][k] > least / 2 ? a[k][k] : least / 2);
+		for (int j = k + 1; j < count; j++)
+			a[k][j] /= a[k][k];
+		for (int i = k + 1; i < count; i++)
+			for (int j = i; j < count; j++)
+				a[i][j] -= a[k][i] * a[k][j];
 	}
 }
 
-static inline void solve_upper(const double l[PATTERN_MAX][PATTERN_MAX], int first, int count,
-			       double *b)
+/* By the factor's transpose. */
+static inline void solve_lower(const double u[PATTERN_MAX][PATTERN_MAX], int first, int count,
+			       sides *b)
 {
-	for (int i = count - 1; i >= first; i--) {
-		for (int k = i + 1; k < count; k++)
-			b[i] -= l[k][i] * b[k];
-		b[i] /= l[i][i];
+	for (int k = first; k < count; k++) {
+		b[k] /= u[k][k];
+		for (int i = k + 1; i < count; i++)
+			b[i] -= u[k][i] * b[k];
+	}
+}
+
+static inline void solve_upper(const double u[PATTERN_MAX][PATTERN_MAX], int first, int count,
+			       sides *b)
+{
+	for (int k = count - 1; k >= first; k--) {
+		b[k] /= u[k][k];
+		for (int i = first; i < k; i++)
+			b[i] -= u[i][k] * b[k];
 	}
 }
