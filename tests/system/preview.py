@@ -5,7 +5,7 @@ import re
 import pytest
 
 from conftest import Station, ctl
-from hd import read_png
+from png_file import read_png
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import time
 
 from conftest import recording, start  # noqa: F401
 from fake_cameras import cameras, v4l2_config  # noqa: F401
-from hd import read_png
+from png_file import read_png
 
 
 def ctl(cameras, *arguments):
