@@ -13,7 +13,7 @@
 #define FAR_MIN 300       /* markers that it should have found, until it is called far off */
 #define FAR_SHARE 0.08    /* a camera that finds fewer of its markers is far off */
 #define FAR_BLOBS 16      /* though it sees as many spots */
-#define TAKEN_SHARE 0.8   /* of its spots: a camera with fewer is doubted */
+#define TAKEN_SHARE 0.5   /* of its spots: a camera with fewer is doubted */
 #define FREE_MIN 0.02     /* of a turn: less tells nothing */
 #define ROLL_MIN 2e-4     /* of what a turn across moves: a roll that moves less tells nothing */
 #define RIG_SIGMA_PX 0.05 /* spots are not trusted more than the calibration */

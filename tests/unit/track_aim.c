@@ -99,7 +99,7 @@ static void nobody_is_named_without_a_reason(void **state)
 
 	(void)state;
 	for (uint64_t s = 0; s < 3; s++) {
-		assert_int_equal(aim_play_init(&aim, SCENES[s], 60 + s, 0), 0);
+		assert_int_equal(aim_play_init(&aim, SCENES[s], 9 + s, 0), 0);
 		assert_true(isnan(aim_play_until_named(&aim, 8, &named)));
 		aim_play_finish(&aim);
 	}
