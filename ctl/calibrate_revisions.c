@@ -4,21 +4,21 @@
 #include <errno.h>
 #include <jansson.h>
 #include <limits.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "base/exit_codes.h"
 #include "base/file.h"
 #include "calib/rig_store.h"
 #include "config/config.h"
+#include "config/rig_worth.h"
 #include "ctl/arguments.h"
 #include "ctl/print_json.h"
 
 #define FACTS_SIZE_MAX (1 << 20)
-#define VALUE_BYTES 64
 
 struct asked {
 	char rig_dir[PATH_MAX];
@@ -28,11 +28,8 @@ struct asked {
 
 struct revision {
 	uint32_t number;
-	bool in_force;
-	/* "" where rig.yaml does not say */
-	char revision[VALUE_BYTES], passed[VALUE_BYTES], rms_px[VALUE_BYTES];
-	char made_by[VALUE_BYTES], made_from[VALUE_BYTES];
-	char held_out_px[VALUE_BYTES], worst_mm[VALUE_BYTES], poses[VALUE_BYTES];
+	bool in_force, has_worth;
+	struct rig_worth worth;
 };
 
 /* A config's rig, or the rig itself. */
@@ -59,114 +56,127 @@ static int find_rig(struct asked *asked, const char *path, struct diag *diag)
 	return err;
 }
 
-static char *read_facts(const char *rig_dir, uint32_t number, struct diag *diag)
+static int facts_path(char path[PATH_MAX], const char *rig_dir, uint32_t number, struct diag *diag)
 {
-	char path[PATH_MAX], *text;
-	size_t length, size;
+	int err = rig_store_revision_path(path, rig_dir, number, diag);
+	size_t length = err ? 0 : strlen(path);
 
-	if (rig_store_revision_path(path, rig_dir, number, diag))
-		return NULL;
-	length = strlen(path);
-	snprintf(path + length, sizeof(path) - length, "/rig.yaml");
-	return file_read(&text, &size, path, FACTS_SIZE_MAX, diag) ? NULL : text;
+	if (!err &&
+	    snprintf(path + length, PATH_MAX - length, "/rig.yaml") >= (int)(PATH_MAX - length))
+		err = -ENAMETOOLONG;
+	return err;
 }
 
-/* The value of a key at a line's beginning, without quotes and remark. */
-static void take_value(const char *text, const char *key, char value[VALUE_BYTES])
+/* A rig that was not calibrated here has nothing to say of its worth. */
+static int take_revision(struct revision *revision, const char *rig_dir, uint32_t number,
+			 struct diag *diag)
 {
-	size_t length = strlen(key);
+	char path[PATH_MAX];
+	int err = facts_path(path, rig_dir, number, diag);
 
-	value[0] = '\0';
-	for (const char *line = text; line && *line; line = strchr(line, '\n')) {
-		line += *line == '\n';
-		const char *at = line + strspn(line, " ");
-		if (strncmp(at, key, length) || at[length] != ':')
-			continue;
-		at += length + 1;
-		at += strspn(at, " \"");
-		snprintf(value, VALUE_BYTES, "%.*s", (int)strcspn(at, "\" #\n"), at);
-		return;
-	}
+	*revision = (struct revision){.number = number,
+				      .in_force = rig_store_in_force(rig_dir) == number};
+	if (err || access(path, F_OK))
+		return err;
+	err = rig_worth_load(&revision->worth, path, diag);
+	revision->has_worth = !err;
+	return err;
 }
 
-static void take_revision(struct revision *revision, const char *rig_dir, uint32_t number)
+static void put_number(json_t *object, const char *key, double value)
 {
-	char *text = read_facts(rig_dir, number, NULL);
+	if (!isnan(value))
+		json_object_set_new(object, key, json_real(value));
+}
 
-	memset(revision, 0, sizeof(*revision));
-	revision->number = number;
-	revision->in_force = rig_store_in_force(rig_dir) == number;
-	if (!text)
-		return; /* a rig that was not calibrated here */
-	take_value(text, "revision", revision->revision);
-	take_value(text, "passed", revision->passed);
-	take_value(text, "made_by", revision->made_by);
-	take_value(text, "made_from", revision->made_from);
-	take_value(text, "rms_px", revision->rms_px);
-	take_value(text, "held_out_rms_px", revision->held_out_px);
-	take_value(text, "worst_mm", revision->worst_mm);
-	take_value(text, "poses", revision->poses);
-	free(text);
+static void put_text(json_t *object, const char *key, const char *text)
+{
+	if (*text)
+		json_object_set_new(object, key, json_string(text));
 }
 
 static json_t *revision_json(const struct revision *r)
 {
 	json_t *object = json_pack("{s:i, s:b}", "number", (int)r->number, "in_force", r->in_force);
+	const struct rig_worth *worth = &r->worth;
 
-	if (*r->revision)
-		json_object_set_new(object, "revision", json_string(r->revision));
-	if (*r->passed)
-		json_object_set_new(object, "passed", json_boolean(!strcmp(r->passed, "true")));
-	if (*r->poses)
-		json_object_set_new(object, "poses", json_integer(strtol(r->poses, NULL, 10)));
-	if (*r->made_by)
-		json_object_set_new(object, "made_by", json_string(r->made_by));
-	if (*r->rms_px)
-		json_object_set_new(object, "rms_px", json_real(strtod(r->rms_px, NULL)));
-	if (*r->held_out_px)
-		json_object_set_new(object, "held_out_px", json_real(strtod(r->held_out_px, NULL)));
-	if (*r->worst_mm)
-		json_object_set_new(object, "worst_mm", json_real(strtod(r->worst_mm, NULL)));
+	if (!r->has_worth)
+		return object;
+	put_text(object, "revision", worth->revision);
+	put_text(object, "software", worth->software);
+	put_text(object, "made_by", worth->made_by);
+	put_text(object, "made_from", worth->made_from);
+	if (worth->judged)
+		json_object_set_new(object, "passed", json_boolean(!worth->failed));
+	if (worth->poses)
+		json_object_set_new(object, "poses", json_integer(worth->poses));
+	put_number(object, "rms_px", worth->rms_px);
+	put_number(object, "held_out_px", worth->held_out_px);
+	put_number(object, "worst_mm", worth->worst_mm);
 	return object;
 }
 
 static void print_revision(const struct revision *r)
 {
-	if (!*r->revision)
-		printf("%c %04u  from before, or made elsewhere\n", r->in_force ? '*' : ' ',
-		       r->number);
-	else if (*r->made_by)
-		printf("%c %04u  %s  %s of %s\n", r->in_force ? '*' : ' ', r->number, r->revision,
-		       r->made_by, *r->made_from ? r->made_from : "a rig from before");
+	const struct rig_worth *worth = &r->worth;
+
+	printf("%c %04u  ", r->in_force ? '*' : ' ', r->number);
+	if (!r->has_worth)
+		printf("from before, or made elsewhere\n");
+	else if (*worth->made_by)
+		printf("%s  %s of %s\n", worth->revision, worth->made_by,
+		       *worth->made_from ? worth->made_from : "a rig from before");
 	else
-		printf("%c %04u  %s  rms %s px, held out %s px, worst %s mm, %s poses%s\n",
-		       r->in_force ? '*' : ' ', r->number, r->revision, r->rms_px, r->held_out_px,
-		       r->worst_mm, r->poses, strcmp(r->passed, "false") ? "" : ", FAILED");
+		printf("%s  rms %.4f px, held out %.4f px, worst %.4f mm, %d poses%s\n",
+		       worth->revision, worth->rms_px, worth->held_out_px, worth->worst_mm,
+		       worth->poses, worth->failed ? ", FAILED" : "");
 }
 
+/* One that cannot be read is a message and does not hide the others. */
 static int list(const struct asked *asked, struct diag *diag)
 {
 	uint32_t *numbers = calloc(RIG_REVISION_MAX, sizeof(*numbers));
 	json_t *all = json_array();
 	int count = numbers ? rig_store_list(asked->rig_dir, numbers, diag) : -ENOMEM;
+	int err = count < 0 ? count : 0;
 
 	for (int i = 0; i < count; i++) {
 		struct revision revision;
+		int one = take_revision(&revision, asked->rig_dir, numbers[i], diag);
 
-		take_revision(&revision, asked->rig_dir, numbers[i]);
+		err = err ? err : one;
 		if (asked->json)
 			json_array_append_new(all, revision_json(&revision));
+		else if (one)
+			printf("%c %04u  its rig.yaml cannot be read\n",
+			       revision.in_force ? '*' : ' ', numbers[i]);
 		else
 			print_revision(&revision);
 	}
-	if (count >= 0 && asked->json) {
+	if (count >= 0 && asked->json)
 		print_json(json_incref(all));
-	} else if (count == 0) {
+	else if (count == 0)
 		printf("%s has no revisions yet\n", asked->rig_dir);
-	}
 	json_decref(all);
 	free(numbers);
-	return count < 0 ? count : 0;
+	return err;
+}
+
+static int print_facts(const struct asked *asked, const struct revision *revision,
+		       struct diag *diag)
+{
+	char path[PATH_MAX], *text;
+	size_t size;
+	int err = facts_path(path, asked->rig_dir, revision->number, diag);
+
+	if (!err)
+		err = file_read(&text, &size, path, FACTS_SIZE_MAX, diag);
+	if (err)
+		return err;
+	printf("# %s, %04u%s\n%s", asked->rig_dir, revision->number,
+	       revision->in_force ? ", in force" : "", text);
+	free(text);
+	return 0;
 }
 
 static int show(const struct asked *asked, struct diag *diag)
@@ -180,17 +190,12 @@ static int show(const struct asked *asked, struct diag *diag)
 			 asked->rig_dir);
 		return -EINVAL;
 	}
-	take_revision(&revision, asked->rig_dir, number);
-	if (asked->json) {
-		print_json(revision_json(&revision));
-		return 0;
-	}
-	char *text = read_facts(asked->rig_dir, number, diag);
-	if (!text)
-		return -EINVAL;
-	printf("# %s, %04u%s\n%s", asked->rig_dir, number, revision.in_force ? ", in force" : "",
-	       text);
-	free(text);
+	int err = take_revision(&revision, asked->rig_dir, number, diag);
+	if (err)
+		return err;
+	if (!asked->json)
+		return print_facts(asked, &revision, diag);
+	print_json(revision_json(&revision));
 	return 0;
 }
 
@@ -202,11 +207,10 @@ static uint32_t find_earlier(const struct asked *asked, struct diag *diag)
 	int count = numbers ? rig_store_list(asked->rig_dir, numbers, diag) : 0;
 	struct revision revision;
 
-	for (int i = 0; i < count && numbers[i] < present; i++) {
-		take_revision(&revision, asked->rig_dir, numbers[i]);
-		if (strcmp(revision.passed, "false"))
+	for (int i = 0; i < count && numbers[i] < present; i++)
+		if (!take_revision(&revision, asked->rig_dir, numbers[i], diag) &&
+		    !revision.worth.failed)
 			found = numbers[i];
-	}
 	free(numbers);
 	return found;
 }
@@ -224,13 +228,15 @@ static int rollback(const struct asked *asked, struct diag *diag)
 			 asked->rig_dir);
 		return -EINVAL;
 	}
-	take_revision(&revision, asked->rig_dir, number);
-	if (!strcmp(revision.passed, "false")) {
+	int err = take_revision(&revision, asked->rig_dir, number, diag);
+	if (err)
+		return err;
+	if (revision.worth.failed) {
 		diag_add(diag, "%s: revision %04u has failed its limits and cannot come into force",
 			 asked->rig_dir, number);
 		return -EINVAL;
 	}
-	int err = rig_store_put_in_force(asked->rig_dir, number, &kept, diag);
+	err = rig_store_put_in_force(asked->rig_dir, number, &kept, diag);
 	if (err)
 		return err;
 	if (asked->json)

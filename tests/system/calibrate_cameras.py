@@ -170,6 +170,20 @@ def test_rig_from_before_keeps_its_frame_and_can_come_back(waved, corners, tmp_p
     assert (tmp_path / "rig" / "rig.yaml").exists()
 
 
+def test_spoilt_rig_yaml_is_told_by_its_place(calibrated, tmp_path):
+    store = pathlib.Path(shutil.copytree(calibrated[1].parent / "rig.d", tmp_path / "rig.d"))
+    (tmp_path / "rig").symlink_to("rig.d/0001")
+    facts = store / "0001" / "rig.yaml"
+    said = json.loads(ctl("calibrate", "show", tmp_path / "rig", "--json").stdout)
+    assert said["rms_px"] == pytest.approx(calibrated[0]["rms_px"], abs=1e-4)
+    assert said["revision"] == calibrated[0]["revision"] and said["passed"]
+    facts.write_text(re.sub(r"^rms_px: .*", "rms_px: none", facts.read_text(), flags=re.M))
+    for verb in ("show", "list"):
+        done = ctl("calibrate", verb, tmp_path / "rig")
+        assert done.returncode == 3
+        assert re.search(r"rig\.yaml:\d+:9: rms_px: ", done.stderr), done.stderr
+
+
 def test_rig_that_fails_its_limits_does_not_come_into_force(waved, corners, tmp_path):
     config = tmp_path / "stage.yaml"
     config.write_text((waved / "stage.yaml").read_text().replace(
