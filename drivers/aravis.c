@@ -47,6 +47,7 @@ struct aravis_camera {
 	char address[128];
 	ArvCamera *device;
 	struct camera_mode mode;
+	ArvPixelFormat format;
 	bool stamps_middle;
 	ArvStream *stream;
 	uint8_t *memory; /* of all slots, owned */
@@ -172,7 +173,7 @@ static int aravis_configure(struct camera *base, const struct camera_mode *wante
 {
 	struct aravis_camera *camera = (struct aravis_camera *)base;
 	int error = aravis_configure_device(camera->device, camera->address, wanted, &camera->mode,
-					    diag);
+					    &camera->format, diag);
 
 	if (!error)
 		*granted = camera->mode;
@@ -401,17 +402,24 @@ static int wait_ready(struct aravis_camera *camera, int64_t timeout_ns)
 	return 0;
 }
 
-static bool whole(const struct aravis_camera *camera, ArvBuffer *buffer)
+static bool whole(const struct aravis_camera *camera, ArvBuffer *buffer, int *stride_bytes)
 {
+	size_t row_bytes = pixel_row_bytes(camera->mode.format, camera->mode.width_px);
 	size_t size_bytes = 0;
+	gint x_padding = 0, y_padding = 0;
 
-	return arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS &&
-	       arv_buffer_get_payload_type(buffer) == ARV_BUFFER_PAYLOAD_TYPE_IMAGE &&
-	       arv_buffer_get_image_pixel_format(buffer) == ARV_PIXEL_FORMAT_MONO_8 &&
-	       arv_buffer_get_image_width(buffer) == camera->mode.width_px &&
-	       arv_buffer_get_image_height(buffer) == camera->mode.height_px &&
-	       arv_buffer_get_image_data(buffer, &size_bytes) &&
-	       size_bytes >= (size_t)camera->mode.width_px * camera->mode.height_px;
+	if (arv_buffer_get_status(buffer) != ARV_BUFFER_STATUS_SUCCESS ||
+	    arv_buffer_get_payload_type(buffer) != ARV_BUFFER_PAYLOAD_TYPE_IMAGE ||
+	    arv_buffer_get_image_pixel_format(buffer) != camera->format ||
+	    arv_buffer_get_image_width(buffer) != camera->mode.width_px ||
+	    arv_buffer_get_image_height(buffer) != camera->mode.height_px ||
+	    !arv_buffer_get_image_data(buffer, &size_bytes))
+		return false;
+	arv_buffer_get_image_padding(buffer, &x_padding, &y_padding);
+	if (x_padding < 0 || x_padding > UINT16_MAX)
+		return false;
+	*stride_bytes = (int)row_bytes + x_padding;
+	return size_bytes >= (size_t)*stride_bytes * (size_t)camera->mode.height_px;
 }
 
 /* A device stamps the start of an exposure; those that aravis_stamps_middle() knows, the middle. */
@@ -423,6 +431,7 @@ static void stamp(struct aravis_camera *camera, const struct slot *slot, struct 
 	out->mid_exposure_ns = clock_map_host_ns(&camera->clock, device_ns, &out->uncertainty_ns);
 	if (!camera->stamps_middle)
 		out->mid_exposure_ns += camera->mode.exposure_ns / 2;
+	out->mid_exposure_ns += camera->mode.row_time_ns * (camera->mode.height_px - 1) / 2;
 	out->arrival_ns = slot->arrival_ns;
 }
 
@@ -435,9 +444,10 @@ static int aravis_acquire(struct camera *base, int64_t timeout_ns, struct frame 
 	if (!item)
 		return camera->gone ? -ENODEV : error ? error : -ETIMEDOUT;
 	struct slot *slot = *item;
+	int stride_bytes;
 
 	ring_pop(&camera->arrived);
-	if (!whole(camera, slot->buffer)) {
+	if (!whole(camera, slot->buffer, &stride_bytes)) {
 		give_back(camera, slot);
 		return -EBADMSG;
 	}
@@ -445,8 +455,10 @@ static int aravis_acquire(struct camera *base, int64_t timeout_ns, struct frame 
 		.pixels = arv_buffer_get_image_data(slot->buffer, NULL),
 		.width_px = camera->mode.width_px,
 		.height_px = camera->mode.height_px,
-		.stride_bytes = camera->mode.width_px,
-		.format = PIXEL_GREY8,
+		.stride_bytes = stride_bytes,
+		.format = camera->mode.format,
+		.bits = camera->mode.bits,
+		.row_time_ns = camera->mode.row_time_ns,
 		.shot = UINT64_MAX,
 		.device_seq = frame_counter_extend(&camera->counter,
 						   arv_buffer_get_frame_id(slot->buffer)),

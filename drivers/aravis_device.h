@@ -22,10 +22,22 @@ int aravis_open_device(ArvCamera **out, const char *address, const char *rest, s
  * after 0.9 s, or why there is no way there. Any thread. */
 int aravis_probe(struct in_addr ip);
 
+/* One of GenICam's pixel formats that is one of ours. */
+struct aravis_format {
+	ArvPixelFormat code;
+	enum pixel_format format;
+	int bits; /* as in struct frame */
+};
+
+/* Sets the device to the wanted format, or to the best that may stand in for it. -ENOTSUP with the
+ * list of what it offers, -EIO. */
+int aravis_set_format(ArvCamera *device, const char *address, const struct camera_mode *wanted,
+		      struct aravis_format *chosen, struct diag *diag);
+
 /* As camera_driver.configure; also makes the device ready for a stream (packet size). */
 int aravis_configure_device(ArvCamera *device, const char *address,
 			    const struct camera_mode *wanted, struct camera_mode *granted,
-			    struct diag *diag);
+			    ArvPixelFormat *format, struct diag *diag);
 
 /* True when the device stamps the middle of the exposure; the rule is that it stamps the start. */
 bool aravis_stamps_middle(ArvCamera *device);

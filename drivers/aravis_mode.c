@@ -11,16 +11,20 @@
 #include "base/clock.h"
 #include "drivers/aravis_device.h"
 
-#define TRIGGER_LINE "Line0"
 #define LOOPBACK_PACKET_BYTES 16000 /* no wire: larger packets cost fewer system calls */
 #define REGISTER_GVCP_CAPABILITY 0x0934
 #define CAPABILITY_PACKET_RESEND 0x4
+
+/* Inputs that a trigger may be wired to: the first of these that a camera has. */
+static const char *const trigger_lines[] = {"Line0", "Line1"};
 
 struct device_setting {
 	ArvCamera *device;
 	const char *address;
 	struct diag *diag;
 	GError *error;
+	bool rate_off; /* its own rate does not hold, so what it says of it is no limit */
+	struct aravis_format format;
 };
 
 static int failed(struct device_setting *s, const char *doing)
@@ -34,37 +38,6 @@ static bool writable(const struct device_setting *s, const char *feature)
 
 	return arv_device_is_feature_available(device, feature, NULL) &&
 	       arv_device_get_feature_access_mode(device, feature) != ARV_GC_ACCESS_MODE_RO;
-}
-
-static int refuse_format(struct device_setting *s)
-{
-	char list[256] = "";
-	guint count = 0;
-	const char **names =
-		arv_camera_dup_available_pixel_formats_as_strings(s->device, &count, NULL);
-
-	for (guint i = 0; i < count && strlen(list) + strlen(names[i]) + 3 < sizeof(list); i++)
-		snprintf(list + strlen(list), sizeof(list) - strlen(list), "%s%s", i ? ", " : "",
-			 names[i]);
-	g_free(names);
-	diag_add(s->diag, "%s: pixel format: Mono8 is needed; the camera has %s", s->address,
-		 *list ? list : "none that it names");
-	return -ENOTSUP;
-}
-
-static int set_format(struct device_setting *s, enum pixel_format wanted)
-{
-	if (wanted != PIXEL_GREY8) {
-		diag_add(s->diag, "%s: pixel format: this driver gives 8-bit grey (Mono8) only",
-			 s->address);
-		return -ENOTSUP;
-	}
-	if (arv_camera_get_pixel_format(s->device, NULL) == ARV_PIXEL_FORMAT_MONO_8)
-		return 0;
-	arv_camera_set_pixel_format(s->device, ARV_PIXEL_FORMAT_MONO_8, NULL);
-	if (arv_camera_get_pixel_format(s->device, NULL) != ARV_PIXEL_FORMAT_MONO_8)
-		return refuse_format(s);
-	return 0;
 }
 
 /* The whole sensor, or the size wanted around its middle. */
@@ -91,22 +64,62 @@ static int set_size(struct device_setting *s, const struct camera_mode *wanted)
 	return failed(s, "size");
 }
 
-/* Edge of Line0, or the camera's own clock. */
+/* Features that not every camera has, or lets be set. */
+static void choose(const struct device_setting *s, const char *feature, const char *entry)
+{
+	ArvDevice *device = arv_camera_get_device(s->device);
+
+	if (writable(s, feature) &&
+	    arv_device_is_enumeration_entry_available(device, feature, entry, NULL))
+		arv_device_set_string_feature_value(device, feature, entry, NULL);
+}
+
+static bool switch_on(const struct device_setting *s, const char *feature, bool on)
+{
+	if (!writable(s, feature))
+		return false;
+	arv_device_set_boolean_feature_value(arv_camera_get_device(s->device), feature, on, NULL);
+	return true;
+}
+
+static const char *trigger_line(const struct device_setting *s)
+{
+	ArvDevice *device = arv_camera_get_device(s->device);
+
+	for (size_t i = 0; i < sizeof(trigger_lines) / sizeof(trigger_lines[0]); i++)
+		if (arv_device_is_feature_available(device, "TriggerSource", NULL) &&
+		    arv_device_is_enumeration_entry_available(device, "TriggerSource",
+							      trigger_lines[i], NULL))
+			return trigger_lines[i];
+	return NULL;
+}
+
+/* The rising edge of its input starts each exposure. A camera's own rate would only swallow edges:
+ * it is switched off. */
+static int wire_trigger(struct device_setting *s)
+{
+	const char *line = trigger_line(s);
+
+	if (!line) {
+		diag_add(s->diag, "%s: trigger: the camera has no trigger input %s or %s",
+			 s->address, trigger_lines[0], trigger_lines[1]);
+		return -ENOTSUP;
+	}
+	s->rate_off = switch_on(s, "AcquisitionFrameRateEnable", false);
+	arv_camera_set_trigger(s->device, line, &s->error);
+	if (!s->error && writable(s, "TriggerDelay"))
+		arv_device_set_float_feature_value(arv_camera_get_device(s->device), "TriggerDelay",
+						   0, NULL);
+	return failed(s, "trigger input");
+}
+
+/* Edge of an input line, or the camera's own clock. */
 static int set_trigger(struct device_setting *s, const struct camera_mode *wanted)
 {
-	if (wanted->triggered) {
-		if (!arv_camera_is_feature_available(s->device, "TriggerSource", NULL) ||
-		    !arv_device_is_enumeration_entry_available(arv_camera_get_device(s->device),
-							       "TriggerSource", TRIGGER_LINE,
-							       NULL)) {
-			diag_add(s->diag, "%s: trigger: the camera has no trigger input %s",
-				 s->address, TRIGGER_LINE);
-			return -ENOTSUP;
-		}
-		arv_camera_set_trigger(s->device, TRIGGER_LINE, &s->error);
-		return failed(s, "trigger input " TRIGGER_LINE);
-	}
+	if (wanted->triggered)
+		return wire_trigger(s);
 	arv_camera_clear_triggers(s->device, &s->error);
+	switch_on(s, "AcquisitionFrameRateEnable", wanted->period_ns > 0);
 	if (!s->error && wanted->period_ns > 0 && writable(s, "AcquisitionFrameRate"))
 		arv_camera_set_frame_rate(s->device, (double)NS_PER_S / (double)wanted->period_ns,
 					  &s->error);
@@ -115,6 +128,7 @@ static int set_trigger(struct device_setting *s, const struct camera_mode *wante
 
 static int set_light(struct device_setting *s, const struct camera_mode *wanted)
 {
+	choose(s, "ExposureMode", "Timed");
 	if (wanted->exposure_ns > 0 &&
 	    (writable(s, "ExposureTime") || writable(s, "ExposureTimeAbs"))) {
 		arv_camera_set_exposure_time_auto(s->device, ARV_AUTO_OFF, NULL);
@@ -156,29 +170,61 @@ static int set_packet_size(struct device_setting *s)
 	return failed(s, "packet size");
 }
 
+/* 0: not known. */
+static int64_t period_ns(const struct device_setting *s)
+{
+	ArvDevice *device = arv_camera_get_device(s->device);
+	double rate_hz = 0;
+
+	if (arv_device_is_feature_available(device, "ResultingFrameRate", NULL))
+		rate_hz = arv_device_get_float_feature_value(device, "ResultingFrameRate", NULL);
+	else if (!s->rate_off && arv_camera_is_frame_rate_available(s->device, NULL))
+		rate_hz = arv_camera_get_frame_rate(s->device, NULL);
+	return rate_hz > 0 ? llround((double)NS_PER_S / rate_hz) : 0;
+}
+
+/* Between rows of a rolling shutter; 0 for a global one, or where the camera does not tell which it
+ * has. Cameras do not tell how long reading takes: the operator may, else it is a whole period. */
+static int64_t row_time_ns(const struct device_setting *s, const struct camera_mode *wanted,
+			   const struct camera_mode *granted)
+{
+	ArvDevice *device = arv_camera_get_device(s->device);
+	int64_t readout_ns = wanted->readout_ns ? wanted->readout_ns : granted->period_ns;
+	const char *shutter;
+
+	if (!arv_device_is_feature_available(device, "SensorShutterMode", NULL))
+		return 0;
+	shutter = arv_device_get_string_feature_value(device, "SensorShutterMode", NULL);
+	if (!shutter || strcmp(shutter, "Rolling") != 0)
+		return 0;
+	if (!readout_ns)
+		readout_ns = NS_PER_S;
+	return readout_ns > granted->height_px ? readout_ns / granted->height_px : 1;
+}
+
 static void read_mode(struct device_setting *s, const struct camera_mode *wanted,
 		      struct camera_mode *granted)
 {
 	gint x, y;
-	double rate_hz = 0;
 
-	*granted = (struct camera_mode){.format = PIXEL_GREY8, .triggered = wanted->triggered};
+	*granted = (struct camera_mode){.format = s->format.format,
+					.bits = s->format.bits,
+					.triggered = wanted->triggered,
+					.readout_ns = wanted->readout_ns,
+					.period_ns = period_ns(s)};
 	arv_camera_get_region(s->device, &x, &y, &granted->width_px, &granted->height_px,
 			      &s->error);
-	if (arv_camera_is_frame_rate_available(s->device, NULL))
-		rate_hz = arv_camera_get_frame_rate(s->device, NULL);
-	if (rate_hz > 0)
-		granted->period_ns = llround((double)NS_PER_S / rate_hz);
 	if (arv_camera_is_exposure_time_available(s->device, NULL))
 		granted->exposure_ns =
 			llround(arv_camera_get_exposure_time(s->device, NULL) * NS_PER_US);
 	if (arv_camera_is_gain_available(s->device, NULL))
 		granted->gain_db = arv_camera_get_gain(s->device, NULL);
+	granted->row_time_ns = row_time_ns(s, wanted, granted);
 }
 
 int aravis_configure_device(ArvCamera *device, const char *address,
 			    const struct camera_mode *wanted, struct camera_mode *granted,
-			    struct diag *diag)
+			    ArvPixelFormat *format, struct diag *diag)
 {
 	struct device_setting s = {.device = device, .address = address, .diag = diag};
 	struct camera_mode mode;
@@ -186,7 +232,7 @@ int aravis_configure_device(ArvCamera *device, const char *address,
 
 	/* A receiver that died may have left it running. */
 	arv_camera_stop_acquisition(device, NULL);
-	error = set_format(&s, wanted->format);
+	error = aravis_set_format(device, address, wanted, &s.format, diag);
 	if (!error)
 		error = set_size(&s, wanted);
 	if (!error)
@@ -200,9 +246,11 @@ int aravis_configure_device(ArvCamera *device, const char *address,
 	arv_camera_set_acquisition_mode(device, ARV_ACQUISITION_MODE_CONTINUOUS, NULL);
 	read_mode(&s, wanted, &mode);
 	error = failed(&s, "size");
-	if (!error)
-		*granted = mode;
-	return error;
+	if (error)
+		return error;
+	*granted = mode;
+	*format = s.format.code;
+	return 0;
 }
 
 bool aravis_stamps_middle(ArvCamera *device)

@@ -46,7 +46,8 @@ struct camera_mode {
 	int bits;          /* as in struct frame */
 	int64_t period_ns; /* between frames when it runs free */
 	int64_t exposure_ns;
-	int64_t readout_ns; /* from the end of the exposure to the last pixel; 0: not known */
+	int64_t readout_ns;  /* from the end of the exposure to the last pixel; 0: not known */
+	int64_t row_time_ns; /* granted: as in struct frame */
 	double gain_db;
 	bool triggered; /* exposes on a trigger edge, not by its own clock */
 	int control_count;

@@ -7,7 +7,31 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "drivers/frame_image.h"
+
+/* All rows of a rolling shutter are open together from when the last one opens until the first one
+ * closes: the strobe must burn then, or rows see different instants. */
+static int check_shutter(const struct config *config, const struct config_camera *camera,
+			 const struct camera_mode *granted, struct diag *diag)
+{
+	const struct trigger_plan *plan = &config->plan;
+	int64_t exposure_ns = granted->exposure_ns ? granted->exposure_ns : plan->ir_exposure_ns;
+	int64_t open_ns = plan->ir_delay_ns + granted->row_time_ns * (granted->height_px - 1);
+	int64_t shut_ns = plan->ir_delay_ns + exposure_ns;
+
+	if (!granted->row_time_ns ||
+	    (plan->strobe_width_ns > 0 && plan->strobe_delay_ns >= open_ns &&
+	     plan->strobe_delay_ns + plan->strobe_width_ns <= shut_ns))
+		return 0;
+	diag_add(diag,
+		 "camera %s: %s has a rolling shutter, of which all rows are open from %.6g to "
+		 "%.6g us after the edge: an IR camera needs a global shutter, or a strobe inside "
+		 "that time (a longer exposure widens it, and readout_us says how long it reads)",
+		 camera->name, camera->address, (double)open_ns / NS_PER_US,
+		 (double)shut_ns / NS_PER_US);
+	return -EINVAL;
+}
 
 static int check_images(const struct stage *stage, uint32_t index,
 			const struct camera_mode *granted, struct diag *diag)
@@ -32,8 +56,10 @@ static int check_images(const struct stage *stage, uint32_t index,
 			camera->name, camera->address);
 		return -EINVAL;
 	}
-	if (!stage->has_rig)
-		return 0;
+	int err = check_shutter(&stage->config, camera, granted, diag);
+
+	if (err || !stage->has_rig)
+		return err;
 	return rig_check_size(&stage->rig, stage->view_index[index], granted->width_px,
 			      granted->height_px, diag);
 }

@@ -1,0 +1,110 @@
+/*
+ * Which cameras may be IR cameras, by what their driver was granted.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "drivers/open_cameras.h"
+
+static struct camera_mode offered;
+static struct camera opened;
+
+static int stub_open(struct camera **out, const char *rest, const char *base_dir, struct diag *diag)
+{
+	(void)rest;
+	(void)base_dir;
+	(void)diag;
+	*out = &opened;
+	return 0;
+}
+
+static void stub_close(struct camera *camera)
+{
+	(void)camera;
+}
+
+static int stub_configure(struct camera *camera, const struct camera_mode *wanted,
+			  struct camera_mode *granted, struct diag *diag)
+{
+	(void)camera;
+	(void)wanted;
+	(void)diag;
+	*granted = offered;
+	return 0;
+}
+
+static const struct camera_driver stub = {
+	.name = "stub", .open = stub_open, .close = stub_close, .configure = stub_configure};
+static const struct camera_driver *const drivers[] = {&stub, NULL};
+
+/* A sensor of 1000 rows, 4 us apart, exposed for 6 ms: all rows are open from 4 to 6 ms. */
+static int open_rolling(enum camera_role role, int64_t delay_us, int64_t width_us,
+			struct diag *diag)
+{
+	struct stage *stage = calloc(1, sizeof(*stage));
+	struct open_camera camera;
+
+	assert_non_null(stage);
+	offered = (struct camera_mode){.width_px = 1000,
+				       .height_px = 1000,
+				       .exposure_ns = 6 * NS_PER_MS,
+				       .row_time_ns = 4 * NS_PER_US};
+	stage->config.camera_count = 1;
+	stage->config.cameras[0].role = role;
+	strcpy(stage->config.cameras[0].name, "ir0");
+	strcpy(stage->config.cameras[0].address, "stub:0");
+	stage->config.plan = (struct trigger_plan){.period_ns = 8 * NS_PER_MS,
+						   .ir_exposure_ns = 6 * NS_PER_MS,
+						   .strobe_delay_ns = delay_us * NS_PER_US,
+						   .strobe_width_ns = width_us * NS_PER_US};
+	int error = open_camera_by_config(&camera, stage, 0, drivers, diag);
+
+	free(stage);
+	return error;
+}
+
+static void rolling_shutter_needs_a_strobe_while_all_rows_are_open(void **state)
+{
+	struct diag diag = {0};
+
+	(void)state;
+	assert_int_equal(open_rolling(ROLE_IR, 4000, 2000, &diag), 0);
+	assert_int_equal(diag.count, 0);
+	assert_int_equal(open_rolling(ROLE_IR, 3900, 500, &diag), -EINVAL); /* too soon */
+	assert_int_equal(open_rolling(ROLE_IR, 5600, 500, &diag), -EINVAL); /* too long */
+	assert_int_equal(open_rolling(ROLE_IR, 4000, 0, &diag), -EINVAL);   /* none */
+	assert_int_equal(diag.count, 3);
+	assert_non_null(strstr(diag.text, "ir0"));
+	assert_non_null(strstr(diag.text, "rolling shutter"));
+	assert_non_null(strstr(diag.text, "global shutter"));
+	diag_finish(&diag);
+}
+
+static void hd_camera_may_roll(void **state)
+{
+	struct diag diag = {0};
+
+	(void)state;
+	assert_int_equal(open_rolling(ROLE_HD, 0, 0, &diag), 0);
+	assert_int_equal(diag.count, 0);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(rolling_shutter_needs_a_strobe_while_all_rows_are_open),
+		cmocka_unit_test(hd_camera_may_roll),
+	};
+
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
