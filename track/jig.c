@@ -80,10 +80,12 @@ static bool fit(struct skin *skin, struct pose *pose)
 static bool moved_as_one(const struct skin *skin, const struct pose *moved)
 {
 	struct pose still = POSE_IDENTITY;
+
+	if (head_distance_m(&still, moved) <= SLIP_M)
+		return false;
 	double before_m = median_error_m(skin, &still);
 
-	return head_distance_m(&still, moved) > SLIP_M && before_m > SLIP_M &&
-	       median_error_m(skin, moved) < AS_ONE_SHARE * before_m;
+	return before_m > SLIP_M && median_error_m(skin, moved) < AS_ONE_SHARE * before_m;
 }
 
 static void smooth(struct face_state *face, const struct pose *moved, double dt_s)

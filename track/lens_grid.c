@@ -107,8 +107,9 @@ void lens_grid_at(const struct lens_grid *grid, double x, double y, double value
 		  double jacobian[2][2])
 {
 	double tx, ty, wx[4], wy[4], dx[4], dy[4], by_x[2], by_y[2];
-	int ix = find_patch((x - grid->x0) / grid->x_step, grid->x_count, &tx) - 1;
-	int iy = find_patch((y - grid->y0) / grid->y_step, grid->y_count, &ty) - 1;
+	double steps_per_x = 1 / grid->x_step, steps_per_y = 1 / grid->y_step;
+	int ix = find_patch((x - grid->x0) * steps_per_x, grid->x_count, &tx) - 1;
+	int iy = find_patch((y - grid->y0) * steps_per_y, grid->y_count, &ty) - 1;
 	const double(*corner)[2] =
 		(const double(*)[2]) & grid->node[(ptrdiff_t)iy * grid->x_count + ix];
 
@@ -122,7 +123,7 @@ void lens_grid_at(const struct lens_grid *grid, double x, double y, double value
 	weigh_slope(ty, dy);
 	value_and_slopes(corner, grid->x_count, wx, wy, dx, dy, value, by_x, by_y);
 	for (int k = 0; k < 2; k++) {
-		jacobian[k][0] = by_x[k] / grid->x_step;
-		jacobian[k][1] = by_y[k] / grid->y_step;
+		jacobian[k][0] = by_x[k] * steps_per_x;
+		jacobian[k][1] = by_y[k] * steps_per_y;
 	}
 }

@@ -228,7 +228,9 @@ void predict_motion(const struct tracker_state *state, int64_t now_ns, struct pr
 
 static double spread_m2(const struct neighbour *neighbour, struct vec3 its)
 {
-	return fmax(neighbour->leaves * (vec3_dot(its, its) + SMALL_M2), SPREAD_MIN_M2);
+	double spread = neighbour->leaves * (vec3_dot(its, its) + SMALL_M2);
+
+	return spread > SPREAD_MIN_M2 ? spread : SPREAD_MIN_M2; /* fmax() would be called */
 }
 
 int predict_told(const struct tracker_state *state, const struct label_state *label,
