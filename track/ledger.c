@@ -119,6 +119,21 @@ static bool is_settled(const struct ledger_camera *camera)
 	       camera->rival.count == 0;
 }
 
+/* The counter of a settled camera says what its time says, or what its arrival does where the time
+ * cannot be true: a pulse that is still to be reported could but agree. Else it may tell of pulses
+ * that were not fired. */
+static bool needs_no_edge(const struct judging *j)
+{
+	const struct ledger_line *line = &j->camera->line;
+	uint64_t step = j->frame->device_seq - line->seq;
+	uint64_t counted = line->shot + step * line->stride;
+
+	if (!is_settled(j->camera) || step == 0 || step > SEQ_GAP_MAX)
+		return false;
+	return counted == j->timed ||
+	       (counted < j->timed && too_soon_for(j, j->timed) && arrives_as(j, counted));
+}
+
 /* At the margin between two pulses the time leaves the choice to the counter. */
 static bool time_allows(const struct judging *j, uint64_t shot)
 {
@@ -211,6 +226,14 @@ static bool may_be_chance(const struct judging *j)
 	       (camera->arrivals >= ARRIVALS_KNOWN && !arrives_as(j, j->counted));
 }
 
+/* The first shot that the camera should have been in behind its line's last frame. */
+static uint64_t first_behind_line(const struct judging *j)
+{
+	const struct ledger_line *line = &j->camera->line;
+
+	return edges_count_on(&j->ledger->edges, line->shot, 1, line->stride);
+}
+
 static enum ledger_verdict accept_on_line(struct judging *j)
 {
 	if (may_be_chance(j)) {
@@ -221,8 +244,7 @@ static enum ledger_verdict accept_on_line(struct judging *j)
 	uint64_t missing = j->seq_step - 1 - j->camera->refused_run;
 
 	if (j->seq_step > 1 + (uint64_t)j->camera->refused_run)
-		note(j->camera, LEDGER_DROPPED, j->camera->line.shot + j->camera->line.stride,
-		     missing);
+		note(j->camera, LEDGER_DROPPED, first_behind_line(j), missing);
 	return accept(j, j->counted);
 }
 
@@ -241,7 +263,7 @@ static enum ledger_verdict rebase(struct judging *j, uint32_t stride)
 	bool same_pace = stride == camera->line.stride;
 
 	if (same_pace && j->has_counted && j->counted < j->timed)
-		note(camera, LEDGER_MISSED_TRIGGER, j->timed,
+		note(camera, LEDGER_MISSED_TRIGGER, first_behind_line(j),
 		     (j->timed - j->counted) / camera->divider);
 	else if (same_pace)
 		note(camera, LEDGER_COUNTER_JUMPED, j->timed, 1);
@@ -391,12 +413,11 @@ enum ledger_verdict ledger_judge(struct ledger *ledger, uint32_t camera,
 	own.mid_exposure_ns = elapsed_ns(j.camera->clock_off_ns, frame->mid_exposure_ns);
 	j.edge_time_ns = elapsed_ns(j.camera->offset_ns, own.mid_exposure_ns);
 	enum edges_found found = edges_nearest(&ledger->edges, j.edge_time_ns, &j.nearest);
-	/* a settled camera's counter tells as well as a pulse that is still to be reported */
-	if (!final && ((found == EDGES_LATER && !is_settled(j.camera)) || !ledger->edges.added))
+	j.timed = on_grid(j.camera, j.nearest);
+	if (!final && (!ledger->edges.added || (found == EDGES_LATER && !needs_no_edge(&j))))
 		return LEDGER_WAIT;
 	if (found == EDGES_NONE)
 		return LEDGER_EARLY;
-	j.timed = on_grid(j.camera, j.nearest);
 	enum ledger_verdict verdict = judge_by_line(&j);
 	j.camera->seen_seq = frame->device_seq;
 	j.camera->seen_mid_exposure_ns = own.mid_exposure_ns;
