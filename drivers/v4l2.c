@@ -133,7 +133,8 @@ static int v4l2_start(struct camera *base, struct diag *diag)
 	camera->lost = 0;
 	camera->counts = false;
 	camera->device_seq = 0;
-	camera->not_yet_ns = camera->timing.begin_ns = clock_now_ns();
+	camera->not_yet_ns = clock_now_ns();
+	v4l2_time_begin(&camera->timing, camera->not_yet_ns);
 	for (uint32_t i = 0; i < camera->buffers.count && !error; i++)
 		error = queue(camera, i);
 	if (!error)

@@ -1,5 +1,7 @@
 /*
  * All of it is sums of intervals: what is not known of a length is between its least and its most.
+ * Stamps of one stream are believed or not, never now and then: the two ways are off by different
+ * amounts, and times that change between them would run back.
  */
 #include "drivers/v4l2_time.h"
 
@@ -39,21 +41,35 @@ static struct interval length_of(int64_t known_ns, const struct v4l2_timing *tim
 			    : (struct interval){0, longest_ns(timing)};
 }
 
-/* Some devices tell the end of a frame before it comes. */
-static bool of_our_clock(const struct v4l2_timing *timing, const struct v4l2_stamp *stamp)
+/* Of our clock, and of something that had happened: some devices tell the end of a frame as it was
+ * planned, before it comes. */
+static bool is_possible(const struct v4l2_timing *timing, const struct v4l2_stamp *stamp)
 {
 	return (stamp->flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC &&
 	       stamp->stamp_ns > timing->begin_ns - STAMP_BEFORE_MAX_NS &&
-	       stamp->stamp_ns < stamp->arrival_ns + longest_ns(timing);
+	       stamp->stamp_ns <= stamp->arrival_ns;
 }
 
-static struct interval middle(const struct v4l2_timing *timing, const struct v4l2_stamp *stamp)
+/* A stream that was believed stays so; only a stamp that cannot be true is left out then. */
+static bool believe(struct v4l2_timing *timing, const struct v4l2_stamp *stamp)
+{
+	bool possible = is_possible(timing, stamp);
+
+	if (timing->tried < V4L2_TIME_FRAMES) {
+		timing->tried++;
+		timing->disbelieved |= !possible;
+	}
+	return possible && !timing->disbelieved;
+}
+
+static struct interval middle(const struct v4l2_timing *timing, const struct v4l2_stamp *stamp,
+			      bool believed)
 {
 	struct interval exposure = length_of(timing->exposure_ns, timing);
 	struct interval half = {exposure.low_ns / 2, exposure.high_ns / 2};
 	struct interval at = {stamp->not_yet_ns, stamp->arrival_ns};
 
-	if (of_our_clock(timing, stamp)) {
+	if (believed) {
 		bool is_start = (stamp->flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) ==
 				V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
 		int64_t late_ns =
@@ -68,14 +84,35 @@ static struct interval middle(const struct v4l2_timing *timing, const struct v4l
 	return minus(minus(at, length_of(timing->readout_ns, timing)), half);
 }
 
-void v4l2_time(const struct v4l2_timing *timing, struct v4l2_stamp *stamp)
+void v4l2_time_begin(struct v4l2_timing *timing, int64_t begin_ns)
 {
-	struct interval m = middle(timing, stamp);
+	timing->begin_ns = begin_ns;
+	timing->tried = 0;
+	timing->disbelieved = timing->any = false;
+}
+
+static int64_t most(int64_t a_ns, int64_t b_ns)
+{
+	return a_ns > b_ns ? a_ns : b_ns;
+}
+
+void v4l2_time(struct v4l2_timing *timing, struct v4l2_stamp *stamp)
+{
+	struct interval m = middle(timing, stamp, believe(timing, stamp));
 
 	if (m.high_ns > stamp->arrival_ns)
 		m.high_ns = stamp->arrival_ns;
 	if (m.low_ns > m.high_ns)
 		m.low_ns = m.high_ns;
-	stamp->mid_exposure_ns = m.low_ns + (m.high_ns - m.low_ns) / 2;
-	stamp->uncertainty_ns = (m.high_ns - m.low_ns + 1) / 2;
+	if (timing->any && timing->last_low_ns <= m.high_ns) /* frames come in order */
+		m.low_ns = most(m.low_ns, timing->last_low_ns);
+	int64_t middle_ns = m.low_ns + (m.high_ns - m.low_ns) / 2;
+
+	if (timing->any && middle_ns <= timing->last_ns && timing->last_ns < stamp->arrival_ns)
+		middle_ns = timing->last_ns + 1;
+	timing->any = true;
+	timing->last_ns = middle_ns;
+	timing->last_low_ns = m.low_ns;
+	stamp->mid_exposure_ns = middle_ns;
+	stamp->uncertainty_ns = most(m.high_ns - middle_ns, middle_ns - m.low_ns);
 }

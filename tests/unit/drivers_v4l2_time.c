@@ -38,7 +38,9 @@ static struct v4l2_stamp stamped(const struct v4l2_timing *timing, uint32_t flag
 				   .not_yet_ns = ARRIVAL_NS - NS_PER_MS,
 				   .arrival_ns = ARRIVAL_NS};
 
-	v4l2_time(timing, &stamp);
+	struct v4l2_timing begun = *timing;
+
+	v4l2_time(&begun, &stamp);
 	return stamp;
 }
 
@@ -61,7 +63,7 @@ static void a_start_of_exposure_is_known_to_the_interrupt(void **state)
 
 static void an_end_of_frame_is_known_to_the_interrupt_where_the_readout_is(void **state)
 {
-	struct v4l2_stamp stamp = stamped(&all_known, AT_END, END_NS + 100 * NS_PER_US);
+	struct v4l2_stamp stamp = stamped(&all_known, AT_END, END_NS + 45 * NS_PER_US);
 
 	(void)state;
 	assert_true_within(&stamp, 110 * NS_PER_US);
@@ -125,6 +127,92 @@ static void a_stamp_that_is_not_of_our_clock_is_not_believed(void **state)
 	}
 }
 
+/* Frames whose stamps lie so far behind their ends, one after the other. */
+static void run_stream(struct v4l2_timing *timing, const int64_t *behind_ns, int count,
+		       struct v4l2_stamp *stamps)
+{
+	v4l2_time_begin(timing, BEGIN_NS);
+	for (int i = 0; i < count; i++) {
+		int64_t end_ns = END_NS + i * PERIOD_NS;
+
+		stamps[i] = (struct v4l2_stamp){.flags = AT_END,
+						.stamp_ns = end_ns + behind_ns[i],
+						.not_yet_ns = end_ns - NS_PER_MS,
+						.arrival_ns = end_ns + 50 * NS_PER_US};
+		v4l2_time(timing, &stamps[i]);
+		assert_true(llabs(stamps[i].mid_exposure_ns - TRUTH_NS - i * PERIOD_NS) <=
+			    stamps[i].uncertainty_ns);
+		assert_true(i == 0 || stamps[i].mid_exposure_ns > stamps[i - 1].mid_exposure_ns);
+	}
+}
+
+#define STREAM_FRAMES 60
+
+/* Which of them lies when it comes is chance: what a busy machine adds to its arrival. */
+static void ends_told_before_they_come_are_believed_of_no_frame(void **state)
+{
+	struct v4l2_timing timing = all_known;
+	int64_t behind_ns[STREAM_FRAMES];
+	struct v4l2_stamp stamps[STREAM_FRAMES];
+
+	(void)state;
+	for (int i = 0; i < STREAM_FRAMES; i++)
+		behind_ns[i] = i % 3 == 1 ? 9 * PERIOD_NS / 10 : 40 * NS_PER_US;
+	run_stream(&timing, behind_ns, STREAM_FRAMES, stamps);
+	for (int i = 1; i < STREAM_FRAMES; i++)
+		assert_in_range(stamps[i].uncertainty_ns, 400 * NS_PER_US, 600 * NS_PER_US);
+}
+
+static void a_stream_that_was_believed_stays_so(void **state)
+{
+	struct v4l2_timing timing = all_known;
+	int64_t behind_ns[STREAM_FRAMES] = {0};
+	struct v4l2_stamp stamps[STREAM_FRAMES];
+
+	(void)state;
+	behind_ns[40] = PERIOD_NS;
+	run_stream(&timing, behind_ns, STREAM_FRAMES, stamps);
+	for (int i = 0; i < STREAM_FRAMES; i++)
+		assert_true((stamps[i].uncertainty_ns > 110 * NS_PER_US) == (i == 40));
+}
+
+static void a_new_start_is_tried_anew(void **state)
+{
+	struct v4l2_timing timing = all_known;
+	int64_t behind_ns[1] = {PERIOD_NS};
+	struct v4l2_stamp stamp;
+
+	(void)state;
+	run_stream(&timing, behind_ns, 1, &stamp);
+	assert_true(stamp.uncertainty_ns > 400 * NS_PER_US);
+	behind_ns[0] = 0;
+	run_stream(&timing, behind_ns, 1, &stamp);
+	assert_true(stamp.uncertainty_ns <= 110 * NS_PER_US);
+}
+
+/* Two periods, taken with one look: their ways to the middle differ by more than a period. */
+static void times_never_run_back(void **state)
+{
+	struct v4l2_timing timing = {.period_ns = PERIOD_NS};
+	struct v4l2_stamp first = {.flags = AT_END,
+				   .stamp_ns = 42,
+				   .not_yet_ns = ARRIVAL_NS,
+				   .arrival_ns = ARRIVAL_NS};
+	struct v4l2_stamp second = {.flags = AT_END,
+				    .stamp_ns = 42,
+				    .not_yet_ns = ARRIVAL_NS - 3 * PERIOD_NS,
+				    .arrival_ns = ARRIVAL_NS + NS_PER_US};
+
+	(void)state;
+	v4l2_time_begin(&timing, BEGIN_NS);
+	v4l2_time(&timing, &first);
+	v4l2_time(&timing, &second);
+	assert_true(second.mid_exposure_ns > first.mid_exposure_ns);
+	assert_true(second.mid_exposure_ns <= second.arrival_ns);
+	/* all that was possible of the second still lies within its bound */
+	assert_true(second.mid_exposure_ns + second.uncertainty_ns >= second.arrival_ns);
+}
+
 static void a_camera_that_tells_nothing_gets_a_wide_bound(void **state)
 {
 	struct v4l2_timing nothing = {0};
@@ -143,6 +231,10 @@ int main(void)
 		cmocka_unit_test(an_unknown_exposure_costs_a_quarter_of_a_period),
 		cmocka_unit_test(first_bytes_come_after_the_exposure),
 		cmocka_unit_test(a_stamp_that_is_not_of_our_clock_is_not_believed),
+		cmocka_unit_test(ends_told_before_they_come_are_believed_of_no_frame),
+		cmocka_unit_test(a_stream_that_was_believed_stays_so),
+		cmocka_unit_test(a_new_start_is_tried_anew),
+		cmocka_unit_test(times_never_run_back),
 		cmocka_unit_test(a_camera_that_tells_nothing_gets_a_wide_bound),
 	};
 
