@@ -130,25 +130,48 @@ done:
 	return err;
 }
 
+/* The directory that is loaded, also when a link to it changes meanwhile. */
+static void find_place(char place[PATH_MAX], const char *dir)
+{
+	struct stat st;
+
+	if (lstat(dir, &st) || !S_ISLNK(st.st_mode) || !realpath(dir, place))
+		snprintf(place, PATH_MAX, "%s", dir);
+}
+
+/* Of RIG.d/NNNN. */
+static uint32_t number_of(const char *place)
+{
+	const char *slash = strrchr(place, '/');
+	const char *name = slash ? slash + 1 : place;
+
+	if (strlen(name) != 4 || strspn(name, "0123456789") != 4)
+		return 0;
+	return (uint32_t)strtoul(name, NULL, 10);
+}
+
 int rig_load(struct rig *rig, const char *dir, const char (*names)[NAME_BYTES], uint32_t count,
 	     struct diag *diag)
 {
 	struct rig made = {.camera_count = count};
 	uint64_t hash = UINT64_C(0xcbf29ce484222325);
+	char place[PATH_MAX];
 	struct stat st;
 	int result = 0;
 
-	if (stat(dir, &st) < 0 || !S_ISDIR(st.st_mode)) {
+	find_place(place, dir);
+	made.number = number_of(place);
+	if (stat(place, &st) < 0 || !S_ISDIR(st.st_mode)) {
 		diag_add(diag,
 			 "%s: not a directory; a rig is a directory of NAME.cameramodel files",
 			 dir);
 		return -EINVAL;
 	}
 	for (uint32_t i = 0; i < count; i++) {
-		char path[PATH_MAX];
+		char path[PATH_MAX + NAME_BYTES + sizeof("/.cameramodel")];
 
 		snprintf(made.names[i], NAME_BYTES, "%s", names[i]);
-		snprintf(path, sizeof(path), "%s/%s.cameramodel", dir, names[i]);
+		snprintf(path, sizeof(path), "%s/%s.cameramodel", place, names[i]);
 		hash = digest(hash, names[i], strlen(names[i]) + 1);
 		int err = load_model(&made.views[i], path, &hash, diag);
 		if (err && result != -ENOMEM)

@@ -12,12 +12,15 @@
 
 struct rig {
 	uint32_t camera_count;
-	char revision[17]; /* hex digest of the models' numbers: names this calibration in the stream */
+	uint32_t number;   /* as stagectl calibrate list has it; 0: not one of those */
+	char revision[17]; /* hex digest of the models' numbers: names this calibration in the
+			      stream */
 	char names[CAMERA_MAX][NAME_BYTES];
 	struct view views[CAMERA_MAX]; /* owned */
 };
 
-/* Loads the models of the named cameras, in that order. Every missing or malformed file is one
+/* Loads the models of the named cameras, in that order, all of them from where a link `dir` leads
+ * now. Every missing or malformed file is one
  * message that names file and field. Returns 0, -EINVAL or -ENOMEM; on failure nothing is held. */
 int rig_load(struct rig *rig, const char *dir, const char (*names)[NAME_BYTES], uint32_t count,
 	     struct diag *diag);

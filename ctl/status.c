@@ -212,6 +212,8 @@ static void print_status(const json_t *status)
 
 	printf("%s for %.0f s, %s\n", text_of(status, "state"), number_of(status, "uptime_s"),
 	       text_of(status, "config"));
+	if (count_of(status, "rig_number"))
+		printf("rig revision %04" PRId64 ", ", count_of(status, "rig_number"));
 	printf("rig %s, trigger %s", text_of(status, "rig_revision"), text_of(status, "trigger"));
 	if (count_of(status, "run")) /* before the first start nobody asked for them */
 		printf(", SCHED_FIFO %sgranted, memory %slocked",

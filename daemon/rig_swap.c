@@ -113,6 +113,11 @@ enum rig_swap_state rig_swap_poll(struct rig_swap *swap, bool solver_runs)
 	return RIG_SWAP_DONE;
 }
 
+uint32_t rig_swap_number(const struct rig_swap *swap)
+{
+	return swap->current->serial == 1 ? swap->stage->rig.number : swap->current->rig.number;
+}
+
 const char *rig_swap_revision(const struct rig_swap *swap, uint32_t serial)
 {
 	return swap->revisions[serial % RIG_REVISIONS];

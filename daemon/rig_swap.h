@@ -57,5 +57,8 @@ int rig_swap_begin(struct rig_swap *swap);
 /* After every wake. `solver_runs`: else nobody but us can take the new rig. */
 enum rig_swap_state rig_swap_poll(struct rig_swap *swap, bool solver_runs);
 
+/* Of the rig in use, as stagectl calibrate list has it; 0: not one of those. */
+uint32_t rig_swap_number(const struct rig_swap *swap);
+
 /* The calibration of a marker set. */
 const char *rig_swap_revision(const struct rig_swap *swap, uint32_t serial);

@@ -285,6 +285,8 @@ json_t *station_status_json(const struct control_context *context)
 			    json_boolean(atomic_load(&station->pulses.lost)));
 	json_object_set_new(status, "pulses", pulses_json(station, &accounts));
 	json_object_set_new(status, "run", json_integer(station->run));
+	json_object_set_new(status, "rig_number",
+			    json_integer(rig_swap_number(&station->rig_swap)));
 	json_object_set_new(status, "rig_serial", json_integer(station->rig_swap.current->serial));
 	json_object_set_new(status, "latency", latencies_json(&accounts));
 	json_object_set_new(status, "stalled", stalled_json(context->station));

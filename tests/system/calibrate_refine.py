@@ -129,6 +129,7 @@ def test_a_running_station_is_told_who_moved_and_goes_on(start, live):
     assert [camera["moved"] for camera in said["cameras"]] == [False, False, True, False]
     status = station.status()
     assert status["rig_revision"] == said["revision"] and status["rig_serial"] == 2
+    assert status["rig_number"] == said["number"]
     assert status["shots"]["lost"] == 0
     time.sleep(3)
     assert not station.status()["cameras"][2]["ledger"]["moved"]
