@@ -24,7 +24,7 @@ static const char HEAD[] =
 	".chip{display:inline-block;padding:2px "
 	"12px;border-radius:12px;color:#fff;font-weight:600}\n"
 	".good{background:#2e8b57}.bad{background:#c0392b}\n"
-	"td.over{color:#c0392b;font-weight:700}\n"
+	"td.over,p.over{color:#c0392b}td.over{font-weight:700}\n"
 	"figure{margin:0;background:#fff;border:1px solid #d8dee5;padding:8px}\n"
 	"figcaption{margin-bottom:6px}.grid,.row{display:flex;flex-wrap:wrap;gap:12px}\n"
 	"svg{background:#fff}svg text{font:11px system-ui,sans-serif;fill:#4a5866}\n"
@@ -72,6 +72,14 @@ static void print_beginning(FILE *file, const struct report_facts *facts)
 		board->squares_y, 1e3 * board->square_m, rig->solution->view_count,
 		rig->solution->used_count, rig->solution->outlier_count, hash, rig->solution->lens);
 	print_verdict(file, facts);
+	if (facts->scale_refused)
+		fprintf(file,
+			"<p class=\"over\"><b>Not in force:</b> all distances between cameras "
+			"are %.4f times those of the rig before. Measure the print's rulers; when "
+			"this print is the right one, say --accept-scale.</p>\n",
+			facts->scale);
+	fprintf(file, "<p><b>To make it better,</b> wave next at the worst place: %s.</p>\n",
+		facts->wave_next);
 	fprintf(file,
 		"<p>Rigs from half of the poses each differ by %.3f mm over the volume. The board "
 		"is "

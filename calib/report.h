@@ -15,7 +15,9 @@ struct report_facts {
 	const struct camera_coverage *coverage; /* per camera */
 	const struct camera_move *moves;        /* per camera */
 	const char *before;                     /* "0002", "" for none */
-	double scale;                           /* of the rig before; 1 when it is the same */
+	const char *wave_next;                  /* the worst place, in words */
+	bool scale_refused;
+	double scale; /* of the rig before; 1 when it is the same */
 };
 
 /* Makes `path`. Returns 0 or a negative errno with a message. */

@@ -65,6 +65,7 @@ static void judge(struct calibrate_making *k, struct diag *diag)
 	    !k->accept_scale) {
 		diag_add(diag, "if this print is the right one, say --accept-scale");
 		k->verdict.passed = false;
+		k->scale_refused = true;
 	}
 	diag_finish(&quiet);
 }
@@ -72,13 +73,16 @@ static void judge(struct calibrate_making *k, struct diag *diag)
 static int write_report(const struct calibrate_making *k, const struct rig_facts *rig,
 			struct diag *diag)
 {
-	char path[PATH_MAX], before[16] = "";
+	char path[PATH_MAX], before[16] = "", words[WHERE_WORDS_BYTES];
 
 	if (snprintf(path, sizeof(path), "%s/report.html", k->revision_dir) >= PATH_MAX)
 		return -ENAMETOOLONG;
 	if (k->before_number)
 		snprintf(before, sizeof(before), "%04u", k->before_number);
+	where_next_words(&k->worst, k->observations, words);
 	const struct report_facts facts = {.rig = rig,
+					   .wave_next = words,
+					   .scale_refused = k->scale_refused,
 					   .revision = k->revision,
 					   .coverage = k->coverage,
 					   .moves = k->moves,

@@ -36,6 +36,7 @@ struct calibrate_making {
 	struct camera_move moves[CAMERA_MAX];
 	struct pose rt_stage_ref;
 	double scale;
+	bool scale_refused;
 	uint32_t number;
 	char revision[17], revision_dir[PATH_MAX];
 };
