@@ -35,6 +35,7 @@ struct live {
 	const struct board *board;
 	const struct live_options *options;
 	struct picture_feed *feed;
+	int hold_fd; /* while it is open the station calibrates; -1: not yet */
 	uint32_t camera_count;
 	struct view_search searches[CAMERA_MAX];
 	/* of the shot that is searched */
@@ -222,7 +223,15 @@ static bool is_over(const struct live *live)
 	       (most > 0 && seconds > (live->solvable ? most : LONGER * most));
 }
 
-static int report_silence(struct live *live)
+/* Another program stopped the station, or it died. */
+static bool is_left(const struct live *live)
+{
+	struct pollfd hold = {.fd = live->hold_fd, .events = POLLIN};
+
+	return poll(&hold, 1, 0) > 0;
+}
+
+static int keep_and_report(struct live *live, const char *what)
 {
 	struct guide_facts facts = {0};
 	int err = find_facts(live, &facts);
@@ -235,9 +244,9 @@ static int report_silence(struct live *live)
 		return EXIT_CODE_INTERNAL;
 	}
 	fprintf(stderr,
-		"stagectl: no picture has come for %d s; what was found is in %s; is the station "
-		"still there, and calibrating? stagectl status\n",
-		(int)(SILENCE_NS / NS_PER_S), live->options->kept_path);
+		"stagectl: %s; what was found is in %s; is the station still there? stagectl "
+		"status\n",
+		what, live->options->kept_path);
 	return EXIT_CODE_CONNECTION;
 }
 
@@ -252,8 +261,10 @@ static int gather(struct live *live, const volatile sig_atomic_t *stop)
 		if (picture_feed_next(live->feed, WAIT_NS, &live->shot) == 0) {
 			live->last_shot_ns = clock_now_ns();
 			err = search_shot(live);
+		} else if (is_left(live)) {
+			return keep_and_report(live, "the station no longer calibrates");
 		} else if (clock_now_ns() - live->last_shot_ns > SILENCE_NS) {
-			return report_silence(live);
+			return keep_and_report(live, "no picture has come for 5 s");
 		}
 		if (!err)
 			err = tell(live);
@@ -281,17 +292,15 @@ static void finish(struct live *live)
 		view_search_finish(&live->searches[c]);
 	observations_finish(&live->chosen);
 	picture_feed_close(live->feed);
+	if (live->hold_fd >= 0)
+		close(live->hold_fd);
 	free(live);
 }
 
-/* From another program's calibrating, too: its pictures are for whoever asks. */
 static int begin(struct live *live, const char *socket_dir)
 {
-	struct live_station station;
-	int code = calibrate_live_look(&station, socket_dir);
+	int code = control_hold(&live->hold_fd, socket_dir, "org.stage.Control.Calibrate");
 
-	if (!code && strcmp(station.state, "calibrating") != 0)
-		code = tell_station(socket_dir, "org.stage.Control.Calibrate");
 	if (!code)
 		code = picture_feed_open(&live->feed, socket_dir);
 	return code ? code : init_searches(live);
@@ -309,10 +318,13 @@ int calibrate_live(struct observations *observations, struct picture_counts *cou
 	live->calibration = calibration;
 	live->board = board;
 	live->options = options;
+	live->hold_fd = -1;
 	int code = begin(live, options->socket_dir);
 	if (!code)
 		code = gather(live, stop);
-	int stopped = live->feed ? tell_station(options->socket_dir, "org.stage.Control.Stop") : 0;
+	int stopped = live->hold_fd >= 0 && !is_left(live)
+			      ? tell_station(options->socket_dir, "org.stage.Control.Stop")
+			      : 0;
 	if (!code)
 		code = stopped;
 	if (!code)

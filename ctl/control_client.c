@@ -164,10 +164,13 @@ static int report_error(const char *error, const json_t *parameters)
 		return report_failed(parameters);
 	if (strcmp(error, "org.stage.Control.WrongState") == 0) {
 		const char *state = text_of(parameters, "state");
-		bool at_rest = strcmp(state, "configured") == 0;
+		const char *remedy = strcmp(state, "configured") == 0 ? "nothing runs"
+				     : strcmp(state, "calibrating") == 0
+					     ? "wait for who calibrates, or stagectl stop"
+					     : "stagectl stop first";
 
 		fprintf(stderr, "stagectl: the station is %s: this cannot be done now; %s\n", state,
-			at_rest ? "nothing runs" : "stagectl stop first");
+			remedy);
 		return EXIT_CODE_RUNNING;
 	}
 	if (strcmp(error, "org.stage.Control.Busy") == 0) {
@@ -282,6 +285,24 @@ int control_ask_fd(json_t **out, int *fd, const char *socket_dir, const char *me
 	if (code == EXIT_CODE_OK) {
 		*fd = connection.with_fd;
 		connection.with_fd = -1;
+	}
+	end_call(&connection);
+	return code;
+}
+
+int control_hold(int *fd, const char *socket_dir, const char *method)
+{
+	struct connection connection;
+	bool continues;
+	json_t *reply;
+	int code = begin_call(&connection, socket_dir, method, NULL, true);
+
+	if (code == EXIT_CODE_OK)
+		code = next_reply(&reply, &continues, &connection, socket_dir);
+	if (code == EXIT_CODE_OK) {
+		json_decref(reply);
+		*fd = connection.fd;
+		connection.fd = -1;
 	}
 	end_call(&connection);
 	return code;

@@ -13,6 +13,10 @@ int control_ask(json_t **out, const char *socket_dir, const char *method, json_t
 /* The same of a method whose reply brings a file descriptor: the caller's, -1 when none came. */
 int control_ask_fd(json_t **out, int *fd, const char *socket_dir, const char *method);
 
+/* Calls a method that lasts as long as the connection: *fd, the caller's, which becomes readable
+ * when the station ends it. Returns as control_ask(). */
+int control_hold(int *fd, const char *socket_dir, const char *method);
+
 /* Gets the parameters of one reply; false: enough. */
 typedef bool control_reply_fn(const json_t *parameters, void *user);
 

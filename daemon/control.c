@@ -47,11 +47,16 @@ struct control {
 
 static void client_close(struct control_client *client)
 {
+	struct wait wait = client->wait;
+	struct control *control = client->control;
+
 	sd_event_source_disable_unref(client->source);
 	close(client->fd);
 	free(client->in);
 	free(client->out);
 	*client = (struct control_client){.fd = -1, .out_fd = -1};
+	if (wait.kind == WAIT_HOLD)
+		calibrated_by_nobody(control->context.station, wait.run);
 }
 
 static void client_cut_off(struct control_client *client)
@@ -412,6 +417,19 @@ static void answer_follower(struct control_client *client)
 		client_listen(client);
 }
 
+/* It may be silent for as long as it takes. */
+static void answer_holder(struct control_client *client, int64_t now_ns)
+{
+	json_t *reply = calibrated_reply(client->control->context.station, client->wait.run);
+
+	client->progress_ns = now_ns;
+	if (!reply)
+		return;
+	client->wait = (struct wait){0};
+	if (client_reply(client, reply))
+		client_work(client);
+}
+
 static void client_tick(struct control_client *client, int64_t now_ns)
 {
 	int64_t still_ns = now_ns - client->progress_ns;
@@ -425,6 +443,8 @@ static void client_tick(struct control_client *client, int64_t now_ns)
 		answer_observer(client, false);
 	else if (client->wait.kind == WAIT_STATUS)
 		answer_follower(client);
+	else if (client->wait.kind == WAIT_HOLD)
+		answer_holder(client, now_ns);
 }
 
 void control_tick(struct control *control)

@@ -76,9 +76,34 @@ static json_t *start(struct call *call)
 	return begin(call, STATION_START);
 }
 
+/* With `more` it lasts as long as the client, which may be killed. */
 static json_t *calibrate(struct call *call)
 {
-	return begin(call, STATION_CALIBRATE);
+	const struct station *station = call->context->station;
+	json_t *reply = begin(call, STATION_CALIBRATE);
+
+	if (call->more && !json_object_get(reply, "error")) {
+		json_object_set_new(reply, "continues", json_true());
+		*call->wait = (struct wait){.kind = WAIT_HOLD, .run = station->run};
+	}
+	return reply;
+}
+
+static bool calibrates(const struct station *station, uint32_t run)
+{
+	return station->run == run &&
+	       (station->state == STATION_CALIBRATING || station->state == STATION_ENDED);
+}
+
+json_t *calibrated_reply(const struct station *station, uint32_t run)
+{
+	return calibrates(station, run) ? NULL : state_reply(station);
+}
+
+void calibrated_by_nobody(struct station *station, uint32_t run)
+{
+	if (calibrates(station, run) && station_stop(station))
+		log_warning("stopped calibrating: the program that did is gone");
 }
 
 static json_t *pictures(struct call *call)

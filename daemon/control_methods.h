@@ -22,11 +22,13 @@ enum wait_kind {
 	WAIT_SHOT,    /* observe_reply() once a shot was copied */
 	WAIT_RIG,     /* rig_reply() once it is swapped, or that failed */
 	WAIT_STATUS,  /* status_reply() every second, until the client goes */
+	WAIT_HOLD,    /* calibrated_reply() once that is over; it is over when the client goes */
 };
 
 struct wait {
 	enum wait_kind kind;
-	int camera; /* of WAIT_PREVIEW */
+	int camera;   /* of WAIT_PREVIEW */
+	uint32_t run; /* of WAIT_HOLD */
 };
 
 /* A request on its way through the methods. */
@@ -67,6 +69,12 @@ json_t *observe_reply(const struct station *station, bool ready);
 /* To ReloadRig, when `state` is DONE or FAILED. */
 json_t *rig_reply(const struct station *station, enum rig_swap_state state);
 json_t *no_such_camera(const struct station *station, const char *name);
+
+/* The last reply to Calibrate with `more`; NULL while `run` still calibrates. */
+json_t *calibrated_reply(const struct station *station, uint32_t run);
+
+/* The client that calibrated is gone: so is what it did. */
+void calibrated_by_nobody(struct station *station, uint32_t run);
 
 /* The station as GetStatus returns it (status.c). */
 json_t *station_status_json(const struct control_context *context);

@@ -47,7 +47,7 @@ json_t *control_preview(struct call *call)
 	if (atomic_load(&capture->state) != CAPTURE_RUNNING)
 		return no_frame(capture);
 	capture_request_preview(capture);
-	*call->wait = (struct wait){WAIT_PREVIEW, index};
+	*call->wait = (struct wait){.kind = WAIT_PREVIEW, .camera = index};
 	return NULL;
 }
 

@@ -118,7 +118,34 @@ def test_station_that_dies_is_told_and_the_corners_stay(station, live):
     _, said = verb.communicate(timeout=30)
     assert verb.returncode == 5, said
     assert "-0000" in (live / "rig.d" / "corners.vnl").read_text()
-    assert "no picture has come" in said and str(live / "rig.d" / "corners.vnl") in said
+    assert "no longer calibrates" in said and str(live / "rig.d" / "corners.vnl") in said
+
+
+def wait_for_state(station, state, seconds=5):
+    deadline = time.monotonic() + seconds
+    while station.status()["state"] != state:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def test_station_does_not_calibrate_for_a_program_that_was_killed(station):
+    verb = begin(station)
+    wait_for_state(station, "calibrating")
+    verb.kill()
+    verb.communicate()
+    wait_for_state(station, "configured")
+    assert station.ctl("start").returncode == 0
+
+
+def test_second_operator_is_refused_and_does_not_disturb_the_first(station):
+    first = begin(station)
+    wait_for_state(station, "calibrating")
+    output, said = begin(station).communicate(timeout=20)
+    assert output == "" and "wait for who calibrates" in said
+    wait_for_line(first.stderr, r"\b[1-9] poses")
+    first.send_signal(signal.SIGINT)
+    assert first.communicate(timeout=30) and first.returncode == 6
+    wait_for_state(station, "configured")
 
 
 def test_another_board_is_told(station, tmp_path):
