@@ -171,16 +171,25 @@ fail:
 	return -ENOMEM;
 }
 
+/* What it looked at last may be gone. */
+static int look_again(struct sim_device *device, struct diag *diag)
+{
+	int err = device->world_serial == sim_world_serial() ? 0 : look(device);
+
+	if (err)
+		diag_add(diag, "sim:%s: out of memory",
+			 sim_world_scene()->cameras[device->index].name);
+	return err;
+}
+
 static int sim_configure(struct camera *camera, const struct camera_mode *wanted,
 			 struct camera_mode *granted, struct diag *diag)
 {
 	struct sim_device *device = device_of(camera);
-	int err = device->world_serial == sim_world_serial() ? 0 : look(device);
+	int err = look_again(device, diag);
 
-	if (err) {
-		diag_add(diag, "sim:%s: out of memory", device->camera->name);
+	if (err)
 		return err;
-	}
 	*granted = (struct camera_mode){
 		.width_px = device->camera->width_px,
 		.height_px = device->camera->height_px,
@@ -197,8 +206,10 @@ static int sim_start(struct camera *camera, struct diag *diag)
 	struct sim_device *device = device_of(camera);
 	const struct sim_scene *scene = sim_world_scene();
 	uint64_t shot = sim_world_shot_after(clock_now_ns());
+	int err = look_again(device, diag);
 
-	(void)diag;
+	if (err)
+		return err;
 	device->next_frame = shot;
 	if (device->is_hd)
 		device->next_frame = shot <= scene->hd_phase

@@ -19,7 +19,7 @@ struct show {
 };
 
 static struct {
-	/* set while no device runs; a device may hold on to either until it is configured anew */
+	/* set while no device runs; a device may hold on to either until it starts again */
 	struct show stage, board;
 	/* the one of the two that is shown */
 	const struct sim_scene *scene; /* NULL while closed */

@@ -79,6 +79,23 @@ static void the_station_runs_as_before_when_it_is_over(void **state)
 	virtual_station_end(station);
 }
 
+/* The light is the same, the board that is waved another. */
+static void it_calibrates_again_without_having_run(void **state)
+{
+	struct station *station = calibrate(1);
+
+	(void)state;
+	for (int again = 0; again < 2; again++) {
+		virtual_station_run_to(station, 0.5 * (again + 1));
+		assert_true(station->pictures.memory->cameras[4].newest_seq > 0);
+		assert_true(station_stop(station));
+		assert_int_equal(station_start(station, STATION_CALIBRATE, NULL), EXIT_CODE_OK);
+	}
+	virtual_station_run_to(station, 1.5);
+	assert_true(station->pictures.memory->cameras[0].newest_seq > 0);
+	virtual_station_end(station);
+}
+
 /* What a program that is handed the descriptor sees. */
 static void pictures_show_the_board_and_can_only_be_read(void **state)
 {
@@ -135,6 +152,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(all_cameras_are_exposed_together_at_the_rate_of_the_calibration),
 		cmocka_unit_test(the_station_runs_as_before_when_it_is_over),
+		cmocka_unit_test(it_calibrates_again_without_having_run),
 		cmocka_unit_test(pictures_show_the_board_and_can_only_be_read),
 		cmocka_unit_test(without_a_rig_it_calibrates_and_does_not_run),
 	};
