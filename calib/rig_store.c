@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -46,6 +47,28 @@ int rig_store_path(char path[PATH_MAX], const char *rig_dir, const char *name, b
 	if (snprintf(path, PATH_MAX, "%s%s%s", store, name ? "/" : "", name ? name : "") >=
 	    PATH_MAX)
 		return fail(store, "name a file there", ENAMETOOLONG, diag);
+	return 0;
+}
+
+int rig_store_lock(int *fd, const char *rig_dir, struct diag *diag)
+{
+	char path[PATH_MAX];
+	int err = rig_store_path(path, rig_dir, NULL, true, diag);
+
+	if (err)
+		return err;
+	int opened = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+	if (opened < 0)
+		return fail(path, "open", errno, diag);
+	if (flock(opened, LOCK_EX | LOCK_NB)) {
+		err = errno == EWOULDBLOCK ? -EBUSY : fail(path, "lock", errno, diag);
+		close(opened);
+		if (err == -EBUSY)
+			diag_add(diag, "%s: another program calibrates this rig: wait for it",
+				 rig_dir);
+		return err;
+	}
+	*fd = opened;
 	return 0;
 }
 

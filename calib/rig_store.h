@@ -19,6 +19,10 @@
 int rig_store_path(char path[PATH_MAX], const char *rig_dir, const char *name, bool make,
 		   struct diag *diag);
 
+/* RIG.d, made if need be, for this program alone until *fd is closed, or the program ends. Returns
+ * 0 or a negative errno with a message; -EBUSY: another one has it. */
+int rig_store_lock(int *fd, const char *rig_dir, struct diag *diag);
+
 /* "RIG.d/NNNN". Returns 0 or -ENAMETOOLONG. */
 int rig_store_revision_path(char path[PATH_MAX], const char *rig_dir, uint32_t number,
 			    struct diag *diag);

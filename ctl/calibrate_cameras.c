@@ -32,6 +32,7 @@ struct calibrate {
 	struct board board;
 	char rig_dir[PATH_MAX];
 	char kept_path[PATH_MAX]; /* the corners, kept */
+	int lock_fd;              /* of the rig's store; -1: not yet */
 	struct picture_counts counts[CAMERA_MAX];
 	struct observations observations; /* chosen */
 	struct camera_coverage coverage[CAMERA_MAX];
@@ -118,7 +119,50 @@ static int find_rig(struct calibrate *k, struct diag *diag)
 		return -ENAMETOOLONG;
 	}
 	strcpy(k->rig_dir, dir);
-	return rig_store_path(k->kept_path, k->rig_dir, "corners.vnl", true, diag);
+	int err = rig_store_lock(&k->lock_fd, k->rig_dir, diag);
+	return err ? err : rig_store_path(k->kept_path, k->rig_dir, "corners.vnl", true, diag);
+}
+
+/* What an interrupted calibration left is not overwritten by the next one. */
+static int keep_earlier(const struct calibrate *k, struct diag *diag)
+{
+	char earlier[PATH_MAX];
+
+	if (snprintf(earlier, sizeof(earlier), "%s", k->kept_path) >= PATH_MAX - 16)
+		return -ENAMETOOLONG;
+	memcpy(strrchr(earlier, '.'), ".before.vnl", sizeof(".before.vnl"));
+	if (!rename(k->kept_path, earlier)) {
+		fprintf(stderr, "the corners of a calibration that was not finished are in %s\n",
+			earlier);
+		return 0;
+	}
+	if (errno == ENOENT)
+		return 0;
+	diag_add(diag, "%s: cannot write: %s", earlier, strerror(errno));
+	return -errno;
+}
+
+/* A rig for this config is for all of its cameras: a station would refuse it otherwise. */
+static int check_cameras(const struct calibrate *k, struct diag *diag)
+{
+	int err = 0;
+
+	for (uint32_t c = 0; k->has_config && !k->out && c < k->config.camera_count; c++) {
+		bool found = false;
+
+		for (uint32_t o = 0; o < k->observations.camera_count; o++)
+			found |=
+				!strcmp(k->config.cameras[c].name, k->observations.cameras[o].name);
+		if (found)
+			continue;
+		diag_add(diag,
+			 "camera %s: in %s, and not in these corners: calibrate all cameras "
+			 "together, "
+			 "or write to another rig with --out",
+			 k->config.cameras[c].name, k->config.path);
+		err = -EINVAL;
+	}
+	return err;
 }
 
 /* An exit code. */
@@ -135,7 +179,9 @@ static int prepare(struct calibrate *k, struct diag *diag)
 		err = find_board(k, diag);
 	if (!err)
 		err = find_rig(k, diag);
-	return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+	if (!err && !k->from)
+		err = keep_earlier(k, diag);
+	return err == -EBUSY ? EXIT_CODE_RUNNING : exit_code_of(err, EXIT_CODE_BAD_INPUT);
 }
 
 static void no_progress(const struct picture_progress *progress, void *user)
@@ -195,7 +241,7 @@ static int gather(struct calibrate *k, struct diag *diag)
 
 static int make(struct calibrate *k, struct diag *diag)
 {
-	int err = 0;
+	int err;
 
 	k->making.rig_dir = k->rig_dir;
 	k->making.kept_path = k->kept_path;
@@ -204,7 +250,8 @@ static int make(struct calibrate *k, struct diag *diag)
 	k->making.calibration = &k->config.calibration;
 	k->making.observations = &k->observations;
 	k->making.coverage = k->coverage;
-	if (!k->from_corners)
+	err = check_cameras(k, diag);
+	if (!err && !k->from_corners)
 		err = calibrate_check_pictures(&k->observations, k->counts, &k->board,
 					       k->config.calibration.blur_max_px, diag);
 	if (!err) {
@@ -270,6 +317,8 @@ static void finish(struct calibrate *k)
 {
 	observations_finish(&k->observations);
 	calibrate_making_finish(&k->making);
+	if (k->lock_fd >= 0)
+		close(k->lock_fd);
 	free(k);
 }
 
@@ -280,6 +329,7 @@ int verb_calibrate_cameras(const struct verb *verb, int argc, char **argv)
 
 	if (!k)
 		return EXIT_CODE_INTERNAL;
+	k->lock_fd = -1;
 	k->lens = SOLVE_LENS_DEFAULT;
 	k->socket_dir = DEFAULT_SOCKET_DIR;
 	const struct argument arguments[] = {

@@ -179,6 +179,16 @@ static bool is_solvable(const struct live *live)
 	return solvable;
 }
 
+static int keep(const struct live *live)
+{
+	struct diag diag = {0};
+	int err = observations_write(&live->chosen, live->options->kept_path, &diag);
+
+	diag_print(&diag, stderr);
+	diag_finish(&diag);
+	return err;
+}
+
 /* Seldom enough not to cost much, however much there is to look through. */
 static int tell(struct live *live)
 {
@@ -196,7 +206,7 @@ static int tell(struct live *live)
 	live->solvable = is_solvable(live);
 	if (now_ns > live->next_keep_ns) {
 		live->next_keep_ns = now_ns + KEEP_NS;
-		err = observations_write(&live->chosen, live->options->kept_path, NULL);
+		err = keep(live);
 	}
 	int64_t took_ns = clock_now_ns() - now_ns;
 	live->next_tell_ns =
@@ -237,12 +247,9 @@ static int keep_and_report(struct live *live, const char *what)
 	int err = find_facts(live, &facts);
 
 	if (!err)
-		err = observations_write(&live->chosen, live->options->kept_path, NULL);
-	if (err) {
-		fprintf(stderr, "stagectl: %s: cannot be written: %s\n", live->options->kept_path,
-			strerror(-err));
+		err = keep(live);
+	if (err)
 		return EXIT_CODE_INTERNAL;
-	}
 	fprintf(stderr,
 		"stagectl: %s; what was found is in %s; is the station still there? stagectl "
 		"status\n",

@@ -214,6 +214,28 @@ def test_camera_without_link_is_named(corners, tmp_path):
     assert "camera ir3: no link" in said
 
 
+def test_rig_without_a_camera_of_the_config_does_not_replace_it(waved, corners, tmp_path):
+    config = tmp_path / "stage.yaml"
+    config.write_text((waved / "stage.yaml").read_text())
+    shutil.copytree(waved / "rig", tmp_path / "rig")
+    text = corners.read_text().splitlines(keepends=True)
+    corners.write_text("".join(line for line in text if "ir2" not in line))
+    assert "camera ir2: in" in refused("--from", corners, "--config", config)
+    assert not (tmp_path / "rig").is_symlink()
+
+
+def test_two_operators_do_not_calibrate_one_rig_at_once(waved, tmp_path):
+    command = ["calibrate", "cameras", "--from", waved, "--out", tmp_path / "rig"]
+    with subprocess.Popen([STAGECTL, *command], stdout=subprocess.DEVNULL,
+                          stderr=subprocess.DEVNULL) as first:
+        time.sleep(0.5)
+        second = ctl(*command)
+        first.kill()
+    assert second.returncode == 7 and "another program calibrates" in second.stderr
+    first = subprocess.run([STAGECTL, *command], capture_output=True, timeout=120, check=False)
+    assert first.returncode == 0, first.stderr
+
+
 def test_one_device_under_two_names_is_named(corners, tmp_path):
     lines = [line for line in corners.read_text().splitlines() if not line.startswith("ir1-")]
     lines += [line.replace("ir0-", "ir1-") for line in lines if line.startswith("ir0-")]

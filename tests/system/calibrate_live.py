@@ -102,6 +102,11 @@ def test_ctrl_c_keeps_what_was_found_and_the_rig_from_before(station, live):
     again = ctl("calibrate", "cameras", "--from", live / "rig.d" / "corners.vnl", "--out",
                 live / "other", timeout=60)
     assert "usable views" in again.stderr or again.returncode == 0, again.stderr
+    verb = begin(station)
+    wait_for_state(station, "calibrating")
+    verb.send_signal(signal.SIGINT)
+    assert "corners.before.vnl" in verb.communicate(timeout=30)[1]
+    assert (live / "rig.d" / "corners.before.vnl").read_text() == kept
 
 
 def test_running_station_is_left_alone(station):
@@ -137,10 +142,12 @@ def test_station_does_not_calibrate_for_a_program_that_was_killed(station):
     assert station.ctl("start").returncode == 0
 
 
-def test_second_operator_is_refused_and_does_not_disturb_the_first(station):
+def test_second_operator_is_refused_and_does_not_disturb_the_first(station, tmp_path):
     first = begin(station)
     wait_for_state(station, "calibrating")
     output, said = begin(station).communicate(timeout=20)
+    assert output == "" and "another program calibrates this rig" in said
+    output, said = begin(station, "--out", tmp_path / "other").communicate(timeout=20)
     assert output == "" and "wait for who calibrates" in said
     wait_for_line(first.stderr, r"\b[1-9] poses")
     first.send_signal(signal.SIGINT)
