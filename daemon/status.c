@@ -128,6 +128,21 @@ static json_t *granted_json(const struct camera_mode *granted)
 			 "exposure_us", (double)granted->exposure_ns / NS_PER_US);
 }
 
+/* Empty where the driver counts nothing of its own, or the device is lost. */
+static json_t *device_json(const struct open_camera *device)
+{
+	struct camera_count counts[CAMERA_COUNT_MAX];
+	json_t *json = json_object();
+	int count = device->camera && device->driver->counts
+			    ? device->driver->counts(device->camera, counts)
+			    : 0;
+
+	for (int i = 0; i < count; i++)
+		json_object_set_new(json, counts[i].name,
+				    json_integer((json_int_t)counts[i].count));
+	return json;
+}
+
 static json_t *camera_json(const struct station *station, uint32_t index,
 			   const struct stream_camera_statistics *accounts)
 {
@@ -144,6 +159,7 @@ static json_t *camera_json(const struct station *station, uint32_t index,
 			  counts_json(accounts->losses, accounts->loss_count));
 
 	json_object_set_new(camera, "granted", granted_json(granted));
+	json_object_set_new(camera, "device", device_json(&capture->device));
 	set_count(camera, "frames", &capture->counters.frames);
 	set_count(camera, "missing", &capture->counters.missing);
 	if (capture->role == ROLE_HD)

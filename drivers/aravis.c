@@ -474,6 +474,26 @@ static void aravis_release(struct camera *base, struct frame *frame)
 	frame->token = NULL;
 }
 
+/* Aravis' own counts, which it keeps for a stream while that is there. */
+static int aravis_counts(const struct camera *base, struct camera_count out[CAMERA_COUNT_MAX])
+{
+	static const char *const names[] = {
+		"n_completed_buffers", "n_failures",         "n_underruns",
+		"n_missing_frames",    "n_received_packets", "n_missing_packets",
+		"n_resend_requests",   "n_resent_packets",   "n_ignored_packets",
+	};
+	const struct aravis_camera *camera = (const struct aravis_camera *)base;
+	int count = 0;
+
+	for (guint i = 0; camera->stream && i < arv_stream_get_n_infos(camera->stream); i++)
+		for (size_t n = 0; n < sizeof(names) / sizeof(names[0]); n++)
+			if (strcmp(names[n], arv_stream_get_info_name(camera->stream, i)) == 0)
+				out[count++] = (struct camera_count){
+					names[n] + strlen("n_"),
+					arv_stream_get_info_uint64(camera->stream, i)};
+	return count;
+}
+
 const struct camera_driver aravis_camera_driver = {
 	.name = "aravis",
 	.list = aravis_list,
@@ -484,4 +504,5 @@ const struct camera_driver aravis_camera_driver = {
 	.stop = aravis_stop,
 	.acquire = aravis_acquire,
 	.release = aravis_release,
+	.counts = aravis_counts,
 };

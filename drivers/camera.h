@@ -60,6 +60,14 @@ struct camera_info {
 	char serial[64];
 };
 
+/* What a driver counts of its own, by a name of its own. */
+struct camera_count {
+	const char *name; /* static */
+	uint64_t count;
+};
+
+#define CAMERA_COUNT_MAX 16
+
 struct camera_driver;
 
 struct camera {
@@ -96,6 +104,9 @@ struct camera_driver {
 	 *   others      it is of no more use: stop and close too */
 	int (*acquire)(struct camera *camera, int64_t timeout_ns, struct frame *out);
 	void (*release)(struct camera *camera, struct frame *frame);
+
+	/* NULL where there are none. Since the last start; returns how many. Control thread. */
+	int (*counts)(const struct camera *camera, struct camera_count out[CAMERA_COUNT_MAX]);
 };
 
 /* Finds the driver of an address ("sim:ir3") in a program's NULL-terminated list; `rest` gets the

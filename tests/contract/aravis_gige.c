@@ -381,6 +381,12 @@ static void damaged_frames_are_refused_and_whole_ones_are_right(void **state)
 		check_frame(f, truth, &frame);
 		driver->release(camera, &frame);
 	}
+	struct camera_count counts[CAMERA_COUNT_MAX];
+	int count = driver->counts(camera, counts), failures = 0;
+
+	for (int i = 0; i < count; i++)
+		failures += strcmp(counts[i].name, "failures") == 0 ? (int)counts[i].count : 0;
+	assert_true(failures >= damaged);
 	assert_in_range(damaged, 3, 50); /* 84 packets a frame: 15 are expected */
 	sim_renderer_destroy(truth);
 	stop_camera(camera);
