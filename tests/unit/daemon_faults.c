@@ -14,7 +14,9 @@
 
 #include <cmocka.h>
 
+#include "base/clock_virtual.h"
 #include "sim/render.h"
+#include "sim/world.h"
 #include "track/tracker.h"
 
 #define WIDTH_PX 1280
@@ -303,6 +305,51 @@ static void an_hd_phase_that_slips_is_named(void **state)
 	virtual_station_end(station);
 }
 
+#define LEFT_OUT_SHOT 180 /* at 1.5 s */
+#define REPORTED_AFTER_NS (15 * NS_PER_MS / 2)
+
+/* The simulated trigger, reporting after the frames have come, with a shot left out. */
+static int report_late(struct trigger *trigger, int64_t timeout_ns, struct edge *out)
+{
+	int err = sim_trigger_driver.next(trigger, timeout_ns, out);
+	bool left_out = err == 0 && out->shot == LEFT_OUT_SHOT;
+
+	if (left_out)
+		err = sim_trigger_driver.next(trigger, timeout_ns, out);
+	if (err == 0) {
+		out->missed = left_out;
+		clock_sleep_until(out->edge_ns + REPORTED_AFTER_NS);
+	}
+	return err;
+}
+
+static void a_shot_left_out_is_no_fault_of_cameras_ahead_of_its_report(void **state)
+{
+	struct trigger_driver late = sim_trigger_driver;
+	struct station *station = virtual_station_configure(
+		"talking", 0,
+		STAGE("  - {camera: ir0, kind: miss, at_s: 1.5, for_s: 0.008}\n"
+		      "  - {camera: ir1, kind: miss, at_s: 1.5, for_s: 0.008}\n"
+		      "  - {camera: ir2, kind: miss, at_s: 1.5, for_s: 0.008}\n"
+		      "  - {camera: ir3, kind: miss, at_s: 1.5, for_s: 0.008}\n"),
+		NULL);
+
+	(void)state;
+	late.next = report_late;
+	station->pulses.driver = &late;
+	atomic_store(&paired, 0);
+	atomic_store(&mispaired, 0);
+	assert_int_equal(station_start(station, STATION_START, NULL), EXIT_CODE_OK);
+	virtual_station_run_to(station, 3.5);
+	assert_int_equal(atomic_load(&mispaired), 0);
+	assert_true(atomic_load(&paired) > 1200);
+	assert_int_equal(atomic_load(&station->solver.lost), 1);
+	assert_int_equal(atomic_load(&station->solver.incomplete), 0);
+	for (uint32_t c = 0; c < 4; c++)
+		expect_only(station, c, 0);
+	virtual_station_end(station);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -316,6 +363,7 @@ int main(void)
 		cmocka_unit_test(a_dead_strobe_is_dark),
 		cmocka_unit_test(a_clock_that_steps_is_named_and_put_right),
 		cmocka_unit_test(an_hd_phase_that_slips_is_named),
+		cmocka_unit_test(a_shot_left_out_is_no_fault_of_cameras_ahead_of_its_report),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);
