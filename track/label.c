@@ -179,6 +179,7 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 	l->assign.skip_cost = SKIP_COST;
 	fill_edges(l, state, &l->motion, true);
 	assign_solve(&l->assign);
+	label_put_in_order(l, state, points);
 	take_answer(l);
 	note_places(l, state, points);
 	for (int pass = 0; pass < passes; pass++) {
@@ -187,6 +188,7 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 					&l->predictions);
 		fill_edges(l, state, &l->predictions, false);
 		assign_solve(&l->assign);
+		label_put_in_order(l, state, points);
 		bool settled = !fresh && answer_stands(l);
 		take_answer(l);
 		note_places(l, state, points);

@@ -56,6 +56,17 @@ bool label_has_rival(const struct labelling *labelling, const struct tracker_sta
 bool label_is_told(const struct labelling *labelling, const struct tracker_state *state,
 		   uint32_t label);
 
+/* Of a lower lip's or lid's marker and the one across on the upper, the upper lies higher in the
+ * head: points that were given the other way round are exchanged. */
+void label_put_in_order(struct labelling *labelling, const struct tracker_state *state,
+			const struct point *points);
+
+/* The two are across the lips or the lids: their order tells them apart. */
+bool label_order_tells(const struct tracker_state *state, int row, int other_row);
+
+/* Doubts a point that either of two such markers may be, or both. */
+void label_doubt_pressed(struct labelling *labelling, const struct tracker_state *state);
+
 /* Takes away the names that another label without a point could claim nearly as well, and those
  * that could as well be elsewhere; fills the margins. */
 void label_abstain(struct labelling *labelling, const struct tracker_state *state);

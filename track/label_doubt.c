@@ -35,7 +35,8 @@ static double cost_of(const struct assign *a, int row, int column)
 }
 
 /* How much worse the best other reading is that gives this label another point. */
-static double margin_of_moving(const struct labelling *l, int row)
+static double margin_of_moving(const struct labelling *l, const struct tracker_state *state,
+			       int row)
 {
 	const struct assign *a = &l->assign;
 	/* a vague prediction is vague about the face, not about which of two points is nearer */
@@ -48,7 +49,7 @@ static double margin_of_moving(const struct labelling *l, int row)
 		int other_row = a->row_of_column[other_column];
 		double change = a->edges[e].cost - own;
 
-		if (other_column == column)
+		if (other_column == column || label_order_tells(state, row, other_row))
 			continue;
 		if (other_row != ASSIGN_NONE)
 			change +=
@@ -142,7 +143,7 @@ void label_abstain(struct labelling *l, const struct tracker_state *state)
 		l->margin[r] = 0;
 		if (a->column_of_row[r] == ASSIGN_NONE)
 			continue;
-		l->margin[r] = (float)margin_of_moving(l, r);
+		l->margin[r] = (float)margin_of_moving(l, state, r);
 		l->doubtful[r] =
 			l->margin[r] < MARGIN || is_astray(l, state, r) || is_between(l, r);
 	}
@@ -152,6 +153,7 @@ void label_abstain(struct labelling *l, const struct tracker_state *state)
 		doubt_shared(l, state, r);
 		doubt_claimed(l, r);
 	}
+	label_doubt_pressed(l, state);
 	for (int r = 0; r < a->row_count; r++) {
 		l->point_of_label[r] = l->doubtful[r] ? ASSIGN_NONE : a->column_of_row[r];
 		l->seen[r] = l->point_of_label[r] != ASSIGN_NONE;

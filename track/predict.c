@@ -105,12 +105,33 @@ static void init_watch(struct tracker_state *state, struct label_state *label, u
 	}
 }
 
+/* The nearest one across on the lower lip or lid. */
+static int16_t find_below(const struct layout *layout, const struct layout_actor *actor, uint32_t i)
+{
+	const struct layout_marker *own = &layout->markers[i];
+	int16_t below = LABEL_NONE;
+	double least_m = INFINITY;
+
+	for (uint32_t k = actor->first; k < actor->first + actor->count; k++) {
+		const struct layout_marker *other = &layout->markers[k];
+		double distance_m = vec3_distance(own->neutral_m, other->neutral_m);
+
+		if (distance_m >= least_m || !groups_oppose(own->group, other->group) ||
+		    own->neutral_m.y <= other->neutral_m.y)
+			continue;
+		least_m = distance_m;
+		below = (int16_t)k;
+	}
+	return below;
+}
+
 static void init_neighbours(struct tracker_state *state, const struct layout *layout, uint32_t i)
 {
 	const struct layout_actor *actor = &layout->actors[state->labels[i].actor];
 	struct label_state *label = &state->labels[i];
 	double distance_m[LABEL_MAX];
 
+	label->below = find_below(layout, actor, i);
 	label->spacing_m = INFINITY;
 	for (uint32_t k = actor->first; k < actor->first + actor->count; k++) {
 		distance_m[k] =

@@ -50,6 +50,7 @@ struct label_state {
 	struct neighbour neighbours[NEIGHBOUR_MAX];
 	double spacing_m; /* to the nearest other marker */
 
+	int16_t below;            /* of an upper lip or lid: the one across on the lower, or -1 */
 	int16_t watch[WATCH_MAX]; /* the nearest others of its frame, or -1 */
 	struct vec3 master_m;     /* where the layout has it */
 
