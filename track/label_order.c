@@ -5,7 +5,7 @@
 #include "track/label.h"
 
 #define PRESSED_M 0.003 /* markers nearer than this may be one spot in every image */
-#define PRESSED_SIGMA 2.0
+#define PRESSED_SIGMA 1.0
 #define PRESSED_LAST_M 0.004 /* ... of where the missing one was when it was last seen */
 
 static double height_m(const struct labelling *l, const struct tracker_state *state,
