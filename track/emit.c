@@ -11,6 +11,7 @@
 #define MARGIN_MAX 20.0 /* squared sigmas that are still believed */
 #define YOUNG_DOUBT 0.02
 #define YOUNG_S 0.3
+#define HASTY_DOUBT 0.02
 #define TWO_CAMERA_CONFIDENCE 0.97f
 
 static void emit_point(const struct point *point, struct marker *out)
@@ -48,13 +49,24 @@ static void emit_layers(const struct tracker_state *state, const struct labellin
 	       sizeof(out->normalised_m));
 }
 
+/* Skin that moves by a marker's distance from shot to shot may be followed one marker aside. */
+static double hasty_doubt(const struct label_state *label, int64_t period_ns)
+{
+	double step_m = vec3_norm(label->velocity_m_s) * (double)period_ns * 1e-9;
+	double share = fmin(step_m / label->spacing_m, 1);
+
+	return HASTY_DOUBT * share * share * share * share;
+}
+
 /* The chance that the name is right: what speaks for another reading, for how long it has been
- * followed without a gap, and whether a third camera confirms the place. */
-static float confidence_of(const struct labelling *l, const struct label_state *label, uint32_t i,
+ * followed without a gap, how fast, and whether a third camera confirms the place. */
+static float confidence_of(const struct labelling *l, const struct tracker_state *state, uint32_t i,
 			   int camera_count)
 {
+	const struct label_state *label = &state->labels[i];
 	double other = 0.5 * exp(-0.5 * fmin(l->margin[i], MARGIN_MAX));
-	double young = YOUNG_DOUBT * exp(-label->unbroken_s / YOUNG_S);
+	double young = YOUNG_DOUBT * exp(-label->unbroken_s / YOUNG_S) +
+		       hasty_doubt(label, state->period_ns);
 
 	if (camera_count == 2)
 		return (float)fmin(TWO_CAMERA_CONFIDENCE, 1 - young);
@@ -98,7 +110,7 @@ static void emit_named(const struct tracker_state *state, const struct labelling
 	uint32_t i = (uint32_t)point->label;
 
 	emit_point(point, marker);
-	marker->confidence = confidence_of(l, &state->labels[i], i, point->fix.used_count);
+	marker->confidence = confidence_of(l, state, i, point->fix.used_count);
 }
 
 static void emit_loose(struct tracker_state *state, const struct point *point, bool is_ghost,
