@@ -1,132 +1,20 @@
 /*
- * The aravis driver's frames. Aravis' own thread receives a frame into one of our buffers; its
- * callback hands the buffer to the capture thread through a ring and a semaphore, and takes
- * released ones back through another, so that the capture thread meets neither Aravis' locks nor
- * its allocations. Nobody copies pixels.
+ * The aravis driver's calls. Received frames (aravis_stream.c) are stamped and lent to the capture
+ * thread, which meets neither Aravis' locks nor its allocations. Nobody copies pixels.
  */
 #include "drivers/aravis.h"
 
 #include <errno.h>
-#include <inttypes.h>
 #include <pthread.h>
-#include <semaphore.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/clock.h"
-#include "base/log.h"
 #include "base/realtime.h"
-#include "base/ring.h"
-#include "drivers/aravis_device.h"
-#include "drivers/aravis_watch.h"
-#include "drivers/clock_map.h"
-#include "drivers/frame_counter.h"
+#include "drivers/aravis_stream.h"
 
-#define POOL_NS (250 * NS_PER_MS) /* a capture thread may stall this long */
-#define POOL_MIN 16
-#define POOL_MAX 64
-#define PAGE_BYTES 4096
-#define RETENTION_US 20000u             /* a frame with packets missing holds up the next ones */
-#define RECEIVE_PRIORITY 55             /* above the capture threads, below the trigger */
 #define PATH_BOUND_NS (300 * NS_PER_US) /* of a first packet, where no clock reading tells */
-
-/* One frame's memory. Owned by whoever holds the buffer. */
-struct slot {
-	ArvBuffer *buffer; /* one reference is ours, one travels */
-	int64_t leader_ns; /* when the frame's first packet was in memory */
-	int64_t arrival_ns;
-	bool held; /* by us, not by Aravis */
-};
-
-struct aravis_camera {
-	struct camera base;
-
-	/* set before the stream starts */
-	char address[128];
-	ArvCamera *device;
-	struct camera_mode mode;
-	ArvPixelFormat format;
-	bool stamps_middle;
-	ArvStream *stream;
-	uint8_t *memory; /* of all slots, owned */
-	uint32_t slot_count;
-	struct slot slots[POOL_MAX];
-	struct aravis_watch watch;
-
-	/* between the threads; items are struct slot * */
-	struct ring arrived;  /* receive thread to capture thread */
-	struct ring released; /* capture thread to receive thread */
-	sem_t ready;          /* arrived frames, and one post when the device is gone */
-	atomic_bool gone;
-	atomic_bool stopping; /* the receive thread leaves buffers to Aravis */
-
-	/* owned by the receive thread: first packets of frames under way, which end in order */
-	int64_t leaders_ns[POOL_MAX];
-	_Atomic uint32_t started_count; /* the watch reads it */
-	uint32_t done_count;
-
-	/* owned by the capture thread */
-	struct frame_counter counter;
-	struct clock_map clock;
-};
-
-/* Gives Aravis the buffers that the capture thread is done with. Receive thread. */
-static void take_back_released(struct aravis_camera *camera)
-{
-	for (struct slot **item; (item = ring_peek(&camera->released, 0));
-	     ring_pop(&camera->released)) {
-		(*item)->held = false;
-		arv_stream_push_buffer(camera->stream, (*item)->buffer);
-	}
-}
-
-/* Aravis has just queued the frame for us; it goes on to the capture thread. Receive thread. */
-static void hand_over(struct aravis_camera *camera)
-{
-	ArvBuffer *buffer = arv_stream_try_pop_buffer(camera->stream);
-
-	if (!buffer)
-		return;
-	struct slot *slot = (struct slot *)arv_buffer_get_user_data(buffer);
-	struct slot **item = ring_claim(&camera->arrived); /* never full: it holds all slots */
-
-	slot->leader_ns = camera->leaders_ns[camera->done_count++ % POOL_MAX];
-	slot->arrival_ns = clock_now_ns();
-	slot->held = true;
-	*item = slot;
-	ring_publish(&camera->arrived);
-	sem_post(&camera->ready);
-}
-
-static void become_realtime(void)
-{
-	struct sched_param param = {.sched_priority = RECEIVE_PRIORITY};
-
-	/* Where it is not allowed the receiver works, with more jitter: doctor's business. */
-	pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);
-	pthread_setname_np(pthread_self(), "aravis-receive");
-}
-
-/* Receive thread. */
-static void on_stream(void *user, ArvStreamCallbackType type, ArvBuffer *buffer)
-{
-	struct aravis_camera *camera = user;
-
-	(void)buffer;
-	if (type == ARV_STREAM_CALLBACK_TYPE_INIT) {
-		become_realtime();
-	} else if (camera->stopping) {
-		return;
-	} else if (type == ARV_STREAM_CALLBACK_TYPE_START_BUFFER) {
-		camera->leaders_ns[camera->started_count++ % POOL_MAX] = clock_now_ns();
-		take_back_released(camera);
-	} else if (type == ARV_STREAM_CALLBACK_TYPE_BUFFER_DONE) {
-		hand_over(camera);
-		take_back_released(camera);
-	}
-}
 
 /* Any thread. */
 static void on_gone(void *user)
@@ -180,74 +68,6 @@ static int aravis_configure(struct camera *base, const struct camera_mode *wante
 	return error;
 }
 
-static uint32_t pool_size(const struct camera_mode *mode)
-{
-	int64_t count = mode->period_ns > 0 ? POOL_NS / mode->period_ns + 4 : 0;
-
-	return (uint32_t)(count < POOL_MIN ? POOL_MIN : count > POOL_MAX ? POOL_MAX : count);
-}
-
-/* Every page is touched here, so that no frame waits for one. */
-static int create_pool(struct aravis_camera *camera, size_t payload_bytes)
-{
-	size_t slot_bytes = (payload_bytes + PAGE_BYTES - 1) / PAGE_BYTES * PAGE_BYTES;
-	uint32_t count = pool_size(&camera->mode);
-
-	if (ring_init(&camera->arrived, sizeof(struct slot *), POOL_MAX) ||
-	    ring_init(&camera->released, sizeof(struct slot *), POOL_MAX))
-		return -ENOMEM;
-	camera->memory = aligned_alloc(PAGE_BYTES, slot_bytes * count);
-	if (!camera->memory)
-		return -ENOMEM;
-	memset(camera->memory, 0, slot_bytes * count);
-	for (uint32_t i = 0; i < count; i++) {
-		struct slot *slot = &camera->slots[i];
-
-		*slot = (struct slot){.held = true};
-		slot->buffer = arv_buffer_new_full(payload_bytes, camera->memory + i * slot_bytes,
-						   slot, NULL);
-		g_object_ref(slot->buffer);
-	}
-	camera->slot_count = count;
-	return 0;
-}
-
-static void destroy_pool(struct aravis_camera *camera)
-{
-	for (uint32_t i = 0; i < camera->slot_count; i++) {
-		if (camera->slots[i].held)
-			g_object_unref(camera->slots[i].buffer);
-		g_object_unref(camera->slots[i].buffer);
-	}
-	camera->slot_count = 0;
-	free(camera->memory);
-	camera->memory = NULL;
-	ring_finish(&camera->arrived);
-	ring_finish(&camera->released);
-}
-
-static int open_stream(struct aravis_camera *camera, size_t payload_bytes, struct diag *diag)
-{
-	GError *error = NULL;
-
-	camera->stream = arv_camera_create_stream(camera->device, on_stream, camera, &error);
-	if (!camera->stream)
-		return aravis_fail(&error, -EIO, camera->address, "stream", diag);
-	if (ARV_IS_GV_STREAM(camera->stream)) {
-		g_object_set(camera->stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED,
-			     "socket-buffer-size", -1, "packet-resend",
-			     aravis_resends(camera->device) ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS
-							    : ARV_GV_STREAM_PACKET_RESEND_NEVER,
-			     "frame-retention", RETENTION_US, NULL);
-		aravis_widen_socket(camera->stream, camera->address, payload_bytes);
-	}
-	for (uint32_t i = 0; i < camera->slot_count; i++) {
-		camera->slots[i].held = false;
-		arv_stream_push_buffer(camera->stream, camera->slots[i].buffer);
-	}
-	return 0;
-}
-
 /* Without a reading of its clock a device is believed to send as soon as the exposure is over. */
 static void start_clock(struct aravis_camera *camera)
 {
@@ -292,9 +112,7 @@ static int aravis_start(struct camera *base, struct diag *diag)
 	camera->done_count = 0;
 	camera->counter = (struct frame_counter){0};
 	start_clock(camera);
-	result = create_pool(camera, payload_bytes);
-	if (!result)
-		result = open_stream(camera, payload_bytes, diag);
+	result = aravis_stream_open(camera, payload_bytes, diag);
 	if (result)
 		goto fail;
 	arv_camera_start_acquisition(camera->device, &error);
@@ -307,31 +125,6 @@ fail:
 	return result;
 }
 
-static void report_losses(struct aravis_camera *camera)
-{
-	guint64 completed = 0, failures = 0, underruns = 0;
-
-	arv_stream_get_statistics(camera->stream, &completed, &failures, &underruns);
-	if (failures || underruns)
-		log_warning("%s: of %" PRIu64 " frames %" PRIu64 " came damaged; %" PRIu64
-			    " packets found no free buffer",
-			    camera->address, (uint64_t)(completed + failures), (uint64_t)failures,
-			    (uint64_t)underruns);
-}
-
-/* Asks the camera to stop sending: for seconds, when it is gone. */
-static void end_stream(struct aravis_camera *camera)
-{
-	if (camera->stream) {
-		if (!camera->gone)
-			arv_camera_stop_acquisition(camera->device, NULL);
-		report_losses(camera);
-		camera->stopping = true; /* buffers now die with the stream */
-		g_clear_object(&camera->stream);
-	}
-	destroy_pool(camera);
-}
-
 /* The stream of a camera that is gone ends when it is closed. */
 static void aravis_stop(struct camera *base)
 {
@@ -340,7 +133,7 @@ static void aravis_stop(struct camera *base)
 	aravis_watch_finish(&camera->watch);
 	if (camera->gone)
 		return;
-	end_stream(camera);
+	aravis_stream_close(camera);
 	while (sem_trywait(&camera->ready) == 0)
 		;
 }
@@ -350,7 +143,7 @@ static void *bury(void *user)
 	struct aravis_camera *camera = user;
 
 	aravis_watch_finish(&camera->watch);
-	end_stream(camera);
+	aravis_stream_close(camera);
 	g_signal_handlers_disconnect_by_data(arv_camera_get_device(camera->device), camera);
 	g_object_unref(camera->device);
 	sem_destroy(&camera->ready);
@@ -374,9 +167,9 @@ static void aravis_close(struct camera *base)
 
 /* Capture thread. Through the receive thread, but for a pool that ran dry: then Aravis starts no
  * frame, calls nobody, and must be given buffers directly. */
-static void give_back(struct aravis_camera *camera, struct slot *slot)
+static void give_back(struct aravis_camera *camera, struct aravis_slot *slot)
 {
-	struct slot **item = NULL;
+	struct aravis_slot **item = NULL;
 
 	if (ring_count(&camera->released) < camera->slot_count / 2)
 		item = ring_claim(&camera->released);
@@ -423,7 +216,7 @@ static bool whole(const struct aravis_camera *camera, ArvBuffer *buffer, int *st
 }
 
 /* A device stamps the start of an exposure; those that aravis_stamps_middle() knows, the middle. */
-static void stamp(struct aravis_camera *camera, const struct slot *slot, struct frame *out)
+static void stamp(struct aravis_camera *camera, const struct aravis_slot *slot, struct frame *out)
 {
 	int64_t device_ns = (int64_t)arv_buffer_get_timestamp(slot->buffer);
 
@@ -439,11 +232,11 @@ static int aravis_acquire(struct camera *base, int64_t timeout_ns, struct frame 
 {
 	struct aravis_camera *camera = (struct aravis_camera *)base;
 	int error = wait_ready(camera, timeout_ns);
-	struct slot **item = ring_peek(&camera->arrived, 0);
+	struct aravis_slot **item = ring_peek(&camera->arrived, 0);
 
 	if (!item)
 		return camera->gone ? -ENODEV : error ? error : -ETIMEDOUT;
-	struct slot *slot = *item;
+	struct aravis_slot *slot = *item;
 	int stride_bytes;
 
 	ring_pop(&camera->arrived);
