@@ -26,10 +26,10 @@ BIN_LEAST = 1000        # markers, below which a mean says little
 
 # Least share of right names without and with occluders, wrong ones of those seen, covariances.
 GATES = {"right": (0.999, 0.995), "wrong": 0, "nees_per_axis": (0.8, 1.25), "ellipsoid_share": (0.92, 0.98),
-         "predicted_nees_per_axis": 2, "sure_wrong_share": 1e-3}
+         "predicted_ellipsoid_share": 0.85, "sure_wrong_share": 1e-3}
 # What no seed may miss, however unlucky: a short play is a few events and one start from nothing.
 SHORT_GATES = {"right": (0.985, 0.98), "wrong": 5e-4, "nees_per_axis": (0.7, 1.4), "ellipsoid_share": (0.9, 0.99),
-               "predicted_nees_per_axis": 4, "sure_wrong_share": 1e-3}
+               "predicted_ellipsoid_share": 0.75, "sure_wrong_share": 1e-3}
 RIGHT_LEAST_OF = {"dense-thirty": 0.98}
 
 
@@ -142,7 +142,7 @@ def find_misses(row, right_least, gates):
             if not least <= b[what] <= most:
                 misses.append(f"{what.partition('_')[0]} {b['cameras']}")
     if row["predicted"]["count"] >= BIN_LEAST and \
-            row["predicted"]["nees_per_axis"] > gates["predicted_nees_per_axis"]:
+            row["predicted"]["ellipsoid_share"] < gates["predicted_ellipsoid_share"]:
         misses.append("predicted")
     if row["sure_wrong"] > gates["sure_wrong_share"] * row["sure"]:
         misses.append("sure")
