@@ -26,14 +26,19 @@ static uint32_t recorded_cameras(const struct config *config)
 	return mask;
 }
 
-/* A live camera or trigger is not touched, but its driver must be one that there is. */
+/* A live camera or trigger is not touched, but its driver must be one that there is, and a
+ * trigger's address one that it can read. */
 static int check_drivers(const struct config *config, struct diag *diag)
 {
+	const struct trigger_driver *trigger;
 	const char *rest;
 	int err = 0;
 
-	if (!trigger_driver_find(live_triggers, config->trigger, &rest, diag))
+	trigger = trigger_driver_find(live_triggers, config->trigger, &rest, diag);
+	if (!trigger)
 		err = -EINVAL;
+	else if (trigger->check_address)
+		err = trigger->check_address(rest, diag);
 	for (uint32_t c = 0; c < config->camera_count; c++)
 		if (!camera_driver_find(live_drivers, config->cameras[c].address, &rest, diag))
 			err = -EINVAL;

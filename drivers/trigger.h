@@ -54,6 +54,10 @@ struct trigger_driver {
 	const char *name;
 	bool reports_edges; /* false: shots are made from the frames' own times (free running) */
 
+	/* Whether an address reads as one, without touching a device: 0, or -EINVAL with a message.
+	 * NULL: any does. */
+	int (*check_address)(const char *rest, struct diag *diag);
+
 	int (*open)(struct trigger **out, const char *rest, struct diag *diag);
 	void (*close)(struct trigger *trigger); /* accepts NULL */
 

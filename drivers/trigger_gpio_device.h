@@ -8,10 +8,12 @@
 #include "drivers/trigger_gpio.h"
 #include "drivers/trigger_guard.h"
 
+#define GPIO_WHO_BYTES (2 * GPIO_NAME_BYTES)
+
 struct gpio_trigger {
 	struct trigger base;
 	/* set when opened */
-	char who[2 * GPIO_NAME_BYTES];
+	char who[GPIO_WHO_BYTES];
 	struct gpio_outputs *outputs; /* NULL: it fires nothing itself */
 	struct gpio_input *input;     /* NULL: none */
 	struct pulse_source source;
@@ -29,5 +31,6 @@ struct gpio_trigger {
 };
 
 /* As struct trigger_driver says. */
+int gpio_trigger_check_address(const char *rest, struct diag *diag);
 int gpio_trigger_open(struct trigger **out, const char *rest, struct diag *diag);
 void gpio_trigger_close(struct trigger *base);

@@ -77,6 +77,22 @@ void gpio_trigger_close(struct trigger *base)
 	free(trigger);
 }
 
+/* "trigger gpio:CHIP": how messages begin. */
+static void name_trigger(char who[GPIO_WHO_BYTES], const char *rest)
+{
+	snprintf(who, GPIO_WHO_BYTES, "trigger gpio:%.*s",
+		 (int)(strcspn(rest, ",") % GPIO_NAME_BYTES), rest);
+}
+
+int gpio_trigger_check_address(const char *rest, struct diag *diag)
+{
+	struct gpio_address address;
+	char who[GPIO_WHO_BYTES];
+
+	name_trigger(who, rest);
+	return gpio_address_parse(&address, rest, who, diag);
+}
+
 int gpio_trigger_open(struct trigger **out, const char *rest, struct diag *diag)
 {
 	struct gpio_trigger *trigger = calloc(1, sizeof(*trigger));
@@ -88,8 +104,7 @@ int gpio_trigger_open(struct trigger **out, const char *rest, struct diag *diag)
 		return -ENOMEM;
 	}
 	trigger->base.driver = &gpio_trigger_driver;
-	snprintf(trigger->who, sizeof(trigger->who), "trigger gpio:%.*s",
-		 (int)(strcspn(rest, ",") % GPIO_NAME_BYTES), rest);
+	name_trigger(trigger->who, rest);
 	int err = gpio_address_parse(&address, rest, trigger->who, diag);
 	if (!err)
 		err = gpio_find_chip(&chip, address.chip, trigger->who, diag);

@@ -132,6 +132,9 @@ def test_lips_in_one_group_are_warned_of(stage):
 
 
 @pytest.mark.parametrize("line, named", [("trigger: foo", "trigger foo"),
+                                         ("trigger: 'gpio:gpiochip0'", "no line to fire"),
+                                         ("trigger: 'gpio:gpiochip0,laser=A'", "none of ir, strobe"),
+                                         ("trigger: 'gpio:gpiochip0,ir=A,hd=A'", "two things"),
                                          ("sim: {scene: nonsense}", "nonsense")])
 def test_triggers_and_scenes_that_there_are_not_are_no_good_config(stage, line, named):
     config = stage / "stage.yaml"
