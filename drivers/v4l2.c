@@ -117,17 +117,11 @@ static int v4l2_configure(struct camera *base, const struct camera_mode *wanted,
 	return 0;
 }
 
-static int queue(const struct v4l2_camera *camera, uint32_t index)
-{
-	struct v4l2_buffer buffer = v4l2_buffer_at(index);
-
-	return v4l2_ask(camera->device.fd, VIDIOC_QBUF, &buffer);
-}
-
 static int v4l2_start(struct camera *base, struct diag *diag)
 {
 	struct v4l2_camera *camera = (struct v4l2_camera *)base;
-	int type = V4L2_BUF_TYPE_VIDEO_CAPTURE, error = 0;
+	uint32_t type = camera->device.type;
+	int error = 0;
 
 	assert(camera->buffers.count && !camera->streams);
 	camera->lost = 0;
@@ -136,7 +130,7 @@ static int v4l2_start(struct camera *base, struct diag *diag)
 	camera->not_yet_ns = clock_now_ns();
 	v4l2_time_begin(&camera->timing, camera->not_yet_ns);
 	for (uint32_t i = 0; i < camera->buffers.count && !error; i++)
-		error = queue(camera, i);
+		error = v4l2_queue(&camera->device, i);
 	if (!error)
 		error = v4l2_ask(camera->device.fd, VIDIOC_STREAMON, &type);
 	camera->streams = true; /* even if not: what was queued comes back */
@@ -149,7 +143,7 @@ static int v4l2_start(struct camera *base, struct diag *diag)
 static void v4l2_stop(struct camera *base)
 {
 	struct v4l2_camera *camera = (struct v4l2_camera *)base;
-	int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+	uint32_t type = camera->device.type;
 
 	if (camera->streams)
 		v4l2_ask(camera->device.fd, VIDIOC_STREAMOFF, &type);
@@ -175,11 +169,11 @@ static int wait_ready(const struct v4l2_camera *camera, int64_t timeout_ns, shor
 }
 
 /* A picture that waited before it was asked for came at some time since not_yet_ns. */
-static int take_buffer(struct v4l2_camera *camera, int64_t timeout_ns, struct v4l2_buffer *buffer)
+static int take_buffer(struct v4l2_camera *camera, int64_t timeout_ns, struct v4l2_filled *buffer)
 {
 	int64_t asked_ns = clock_now_ns();
 	short events = 0;
-	int error = v4l2_ask(camera->device.fd, VIDIOC_DQBUF, buffer);
+	int error = v4l2_dequeue(&camera->device, buffer);
 
 	if (error != -EAGAIN)
 		return error;
@@ -191,7 +185,7 @@ static int take_buffer(struct v4l2_camera *camera, int64_t timeout_ns, struct v4
 
 	if (woken_ns - WAKE_NS > asked_ns)
 		camera->not_yet_ns = woken_ns - WAKE_NS;
-	error = v4l2_ask(camera->device.fd, VIDIOC_DQBUF, buffer);
+	error = v4l2_dequeue(&camera->device, buffer);
 	if (error == -EAGAIN) /* with an error told, it would be told again at once, for ever */
 		return events & POLLERR ? -EIO : -ETIMEDOUT;
 	return error;
@@ -207,17 +201,28 @@ static void count_frame(struct v4l2_camera *camera, uint32_t sequence)
 	camera->last_sequence = sequence;
 }
 
-static bool whole(const struct v4l2_camera *camera, const struct v4l2_buffer *buffer)
+static const uint8_t *pixels_of(const struct v4l2_camera *camera, const struct v4l2_filled *buffer)
+{
+	return camera->buffers.pixels[buffer->index] + buffer->offset_bytes;
+}
+
+static bool whole(const struct v4l2_camera *camera, const struct v4l2_filled *buffer)
 {
 	if (buffer->flags & V4L2_BUF_FLAG_ERROR || buffer->index >= camera->buffers.count)
 		return false;
-	size_t size_bytes = camera->buffers.size_bytes[buffer->index];
-	const uint8_t *pixels = camera->buffers.pixels[buffer->index];
+	size_t end_bytes = camera->buffers.size_bytes[buffer->index];
+	size_t least_bytes = camera->mode.format == PIXEL_MJPEG ? 5 : camera->layout.size_bytes;
 
-	if (camera->mode.format == PIXEL_MJPEG) /* begins as every JPEG */
-		return buffer->bytesused > 4 && buffer->bytesused <= size_bytes &&
-		       pixels[0] == 0xff && pixels[1] == 0xd8;
-	return buffer->bytesused == 0 || buffer->bytesused >= camera->layout.size_bytes;
+	if (buffer->used_bytes && buffer->used_bytes < end_bytes)
+		end_bytes = buffer->used_bytes;
+	if (buffer->used_bytes > camera->buffers.size_bytes[buffer->index] ||
+	    buffer->offset_bytes > end_bytes || buffer->offset_bytes % 2 ||
+	    end_bytes - buffer->offset_bytes < least_bytes)
+		return false;
+	const uint8_t *pixels = pixels_of(camera, buffer);
+
+	return camera->mode.format != PIXEL_MJPEG || /* which begins as every JPEG */
+	       (buffer->used_bytes && pixels[0] == 0xff && pixels[1] == 0xd8);
 }
 
 static void take_luma(const struct v4l2_camera *camera, const uint8_t *pixels)
@@ -233,14 +238,13 @@ static void take_luma(const struct v4l2_camera *camera, const uint8_t *pixels)
 	}
 }
 
-static void fill_frame(struct v4l2_camera *camera, const struct v4l2_buffer *buffer,
+static void fill_frame(struct v4l2_camera *camera, const struct v4l2_filled *buffer,
 		       struct frame *out)
 {
-	const uint8_t *pixels = camera->buffers.pixels[buffer->index];
+	const uint8_t *pixels = pixels_of(camera, buffer);
 	struct v4l2_stamp stamp = {
 		.flags = buffer->flags,
-		.stamp_ns = (int64_t)buffer->timestamp.tv_sec * NS_PER_S +
-			    (int64_t)buffer->timestamp.tv_usec * NS_PER_US,
+		.stamp_ns = buffer->stamp_ns,
 		.not_yet_ns = camera->not_yet_ns,
 		.arrival_ns = clock_now_ns(),
 	};
@@ -255,7 +259,9 @@ static void fill_frame(struct v4l2_camera *camera, const struct v4l2_buffer *buf
 		.stride_bytes = camera->luma ? camera->mode.width_px : camera->layout.stride_bytes,
 		.format = camera->mode.format,
 		.bits = camera->mode.bits,
-		.size_bytes = camera->mode.format == PIXEL_MJPEG ? buffer->bytesused : 0,
+		.size_bytes = camera->mode.format == PIXEL_MJPEG
+				      ? buffer->used_bytes - buffer->offset_bytes
+				      : 0,
 		.shot = UINT64_MAX,
 		.device_seq = camera->device_seq,
 		.mid_exposure_ns = stamp.mid_exposure_ns,
@@ -268,7 +274,7 @@ static void fill_frame(struct v4l2_camera *camera, const struct v4l2_buffer *buf
 static int v4l2_acquire(struct camera *base, int64_t timeout_ns, struct frame *out)
 {
 	struct v4l2_camera *camera = (struct v4l2_camera *)base;
-	struct v4l2_buffer buffer = v4l2_buffer_at(0);
+	struct v4l2_filled buffer;
 	int error = camera->lost;
 
 	if (!error)
@@ -281,7 +287,7 @@ static int v4l2_acquire(struct camera *base, int64_t timeout_ns, struct frame *o
 	}
 	count_frame(camera, buffer.sequence);
 	if (!whole(camera, &buffer)) {
-		camera->lost = queue(camera, buffer.index);
+		camera->lost = v4l2_queue(&camera->device, buffer.index);
 		return camera->lost ? camera->lost : -EBADMSG;
 	}
 	fill_frame(camera, &buffer, out);
@@ -292,7 +298,7 @@ static int v4l2_acquire(struct camera *base, int64_t timeout_ns, struct frame *o
 static void v4l2_release(struct camera *base, struct frame *frame)
 {
 	struct v4l2_camera *camera = (struct v4l2_camera *)base;
-	int error = queue(camera, (uint32_t)(uintptr_t)frame->token);
+	int error = v4l2_queue(&camera->device, (uint32_t)(uintptr_t)frame->token);
 
 	if (!camera->lost)
 		camera->lost = error;

@@ -10,16 +10,9 @@
 #define POOL_NS (250 * NS_PER_MS) /* a capture thread may stall this long */
 #define POOL_MIN 6
 
-struct v4l2_buffer v4l2_buffer_at(uint32_t index)
-{
-	return (struct v4l2_buffer){
-		.index = index, .type = V4L2_BUF_TYPE_VIDEO_CAPTURE, .memory = V4L2_MEMORY_MMAP};
-}
-
 void v4l2_unmap_buffers(const struct v4l2_device *device, struct v4l2_buffers *buffers)
 {
-	struct v4l2_requestbuffers none = {.type = V4L2_BUF_TYPE_VIDEO_CAPTURE,
-					   .memory = V4L2_MEMORY_MMAP};
+	struct v4l2_requestbuffers none = {.type = device->type, .memory = V4L2_MEMORY_MMAP};
 
 	for (uint32_t i = 0; i < buffers->count; i++)
 		munmap(buffers->pixels[i], buffers->size_bytes[i]);
@@ -31,20 +24,20 @@ void v4l2_unmap_buffers(const struct v4l2_device *device, struct v4l2_buffers *b
 static int map_buffer(const struct v4l2_device *device, struct v4l2_buffers *buffers,
 		      uint32_t index, size_t least_bytes)
 {
-	struct v4l2_buffer about = v4l2_buffer_at(index);
-	int error = v4l2_ask(device->fd, VIDIOC_QUERYBUF, &about);
+	struct v4l2_place place;
+	int error = v4l2_query_buffer(device, index, &place);
 
 	if (error)
 		return error;
-	if (about.length < least_bytes)
+	if (place.size_bytes < least_bytes)
 		return -EMSGSIZE;
-	void *pixels = mmap(NULL, about.length, PROT_READ | PROT_WRITE, MAP_SHARED, device->fd,
-			    about.m.offset);
+	void *pixels = mmap(NULL, place.size_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, device->fd,
+			    place.offset_bytes);
 
 	if (pixels == MAP_FAILED)
 		return -errno;
 	buffers->pixels[index] = pixels;
-	buffers->size_bytes[index] = about.length;
+	buffers->size_bytes[index] = place.size_bytes;
 	buffers->count = index + 1;
 	return 0;
 }
@@ -61,9 +54,8 @@ static uint32_t pool_size(int64_t period_ns)
 int v4l2_map_buffers(const struct v4l2_device *device, int64_t period_ns, size_t least_bytes,
 		     struct v4l2_buffers *buffers, struct diag *diag)
 {
-	struct v4l2_requestbuffers request = {.count = pool_size(period_ns),
-					      .type = V4L2_BUF_TYPE_VIDEO_CAPTURE,
-					      .memory = V4L2_MEMORY_MMAP};
+	struct v4l2_requestbuffers request = {
+		.count = pool_size(period_ns), .type = device->type, .memory = V4L2_MEMORY_MMAP};
 	int error = v4l2_ask(device->fd, VIDIOC_REQBUFS, &request);
 
 	if (!error && request.count < 2)

@@ -12,6 +12,7 @@
 
 struct v4l2_device {
 	int fd;
+	uint32_t type;     /* V4L2_BUF_TYPE_VIDEO_CAPTURE, or _MPLANE */
 	char address[160]; /* for messages: `v4l2:rest`, and the node where that is another name */
 	struct v4l2_capability about;
 };
@@ -60,8 +61,28 @@ int v4l2_map_buffers(const struct v4l2_device *device, int64_t period_ns, size_t
 		     struct v4l2_buffers *buffers, struct diag *diag);
 void v4l2_unmap_buffers(const struct v4l2_device *device, struct v4l2_buffers *buffers);
 
-/* What QBUF and DQBUF are asked with. Real-time safe. */
-struct v4l2_buffer v4l2_buffer_at(uint32_t index);
+/* Of a buffer in what the device lets be mapped. */
+struct v4l2_place {
+	uint32_t offset_bytes;
+	size_t size_bytes;
+};
+
+/* A buffer that came back with a picture. */
+struct v4l2_filled {
+	uint32_t index, flags, sequence;
+	size_t used_bytes;   /* to the picture's end; 0: not told */
+	size_t offset_bytes; /* of the picture's beginning */
+	int64_t stamp_ns;
+};
+
+/* 0 or a negative errno; the latter two are real-time safe. */
+int v4l2_query_buffer(const struct v4l2_device *device, uint32_t index, struct v4l2_place *out);
+int v4l2_queue(const struct v4l2_device *device, uint32_t index);
+int v4l2_dequeue(const struct v4l2_device *device, struct v4l2_filled *out);
+
+/* VIDIOC_G_FMT or VIDIOC_S_FMT. With more than one plane `pix` has the rows of the first. */
+int v4l2_ask_format(const struct v4l2_device *device, unsigned long request,
+		    struct v4l2_pix_format *pix, uint32_t *plane_count);
 
 /* True when what the device calls the start of the exposure is the coming of the first bytes. */
 bool v4l2_stamps_first_bytes(const struct v4l2_device *device);

@@ -76,7 +76,8 @@ static int open_node(const char *node, int *fd, struct v4l2_capability *about)
 
 	if (!error && v4l2_ask(made, VIDIOC_QUERYCAP, about))
 		error = -ENOTTY;
-	if (!error && !(capabilities(about) & V4L2_CAP_VIDEO_CAPTURE))
+	if (!error &&
+	    !(capabilities(about) & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)))
 		error = -ENOTTY;
 	if (!error) {
 		*fd = made;
@@ -312,6 +313,9 @@ int v4l2_open_device(struct v4l2_device *out, const char *rest, struct diag *dia
 		close(device.fd);
 		return -ENOTSUP;
 	}
+	device.type = capabilities(&device.about) & V4L2_CAP_VIDEO_CAPTURE
+			      ? V4L2_BUF_TYPE_VIDEO_CAPTURE
+			      : V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE;
 	if (strcmp(node, rest) != 0)
 		snprintf(device.address, sizeof(device.address), "v4l2:%.100s (%.40s)", rest, node);
 	*out = device;

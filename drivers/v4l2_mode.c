@@ -51,7 +51,7 @@ static int fail(const struct mode_setting *s, int error, const char *doing)
 
 static void read_offered(struct mode_setting *s)
 {
-	struct v4l2_fmtdesc about = {.type = V4L2_BUF_TYPE_VIDEO_CAPTURE};
+	struct v4l2_fmtdesc about = {.type = s->device->type};
 
 	while (s->offered_count < FORMATS_MAX &&
 	       v4l2_ask(s->device->fd, VIDIOC_ENUM_FMT, &about) == 0) {
@@ -176,7 +176,8 @@ static void read_sizes(const struct mode_setting *s, struct v4l2_frmsize_discret
 	}
 }
 
-static int check_format(const struct mode_setting *s, const struct v4l2_pix_format *pix)
+static int check_format(const struct mode_setting *s, const struct v4l2_pix_format *pix,
+			uint32_t plane_count)
 {
 	const struct camera_mode *wanted = s->wanted;
 	struct v4l2_frmsize_discrete largest = {0};
@@ -184,6 +185,13 @@ static int check_format(const struct mode_setting *s, const struct v4l2_pix_form
 
 	if (pix->pixelformat != s->chosen->fourcc)
 		return refuse_format(s);
+	if (plane_count > 1) {
+		diag_add(s->diag,
+			 "%s: its pictures of %.4s lie in %u memory planes: another format, or a "
+			 "camera of whole pictures",
+			 s->device->address, (const char *)&pix->pixelformat, plane_count);
+		return -ENOTSUP;
+	}
 	if (pix->field != V4L2_FIELD_NONE && pix->field != V4L2_FIELD_ANY) {
 		diag_add(s->diag, "%s: interlaced pictures: a camera of whole pictures is needed",
 			 s->device->address);
@@ -202,36 +210,37 @@ static int check_format(const struct mode_setting *s, const struct v4l2_pix_form
 /* The size wanted, or else the largest listed, or else the one that is set. */
 static int set_format(const struct mode_setting *s, struct v4l2_pix_format *out)
 {
-	struct v4l2_format format = {.type = V4L2_BUF_TYPE_VIDEO_CAPTURE};
+	struct v4l2_pix_format pix = {0};
 	struct v4l2_frmsize_discrete largest = {0};
-	int error = v4l2_ask(s->device->fd, VIDIOC_G_FMT, &format);
+	uint32_t plane_count;
+	int error = v4l2_ask_format(s->device, VIDIOC_G_FMT, &pix, &plane_count);
 
 	if (error)
 		return fail(s, error, "format");
 	read_sizes(s, &largest, NULL, 0);
 	if (largest.width) {
-		format.fmt.pix.width = largest.width;
-		format.fmt.pix.height = largest.height;
+		pix.width = largest.width;
+		pix.height = largest.height;
 	}
 	if (s->wanted->width_px)
-		format.fmt.pix.width = (uint32_t)s->wanted->width_px;
+		pix.width = (uint32_t)s->wanted->width_px;
 	if (s->wanted->height_px)
-		format.fmt.pix.height = (uint32_t)s->wanted->height_px;
-	format.fmt.pix.pixelformat = s->chosen->fourcc;
-	format.fmt.pix.field = V4L2_FIELD_NONE;
-	format.fmt.pix.bytesperline = 0;
-	error = v4l2_ask(s->device->fd, VIDIOC_S_FMT, &format);
+		pix.height = (uint32_t)s->wanted->height_px;
+	pix.pixelformat = s->chosen->fourcc;
+	pix.field = V4L2_FIELD_NONE;
+	pix.bytesperline = 0;
+	error = v4l2_ask_format(s->device, VIDIOC_S_FMT, &pix, &plane_count);
 	if (error)
 		return fail(s, error, "format");
-	error = check_format(s, &format.fmt.pix);
+	error = check_format(s, &pix, plane_count);
 	if (!error)
-		*out = format.fmt.pix;
+		*out = pix;
 	return error;
 }
 
 static int set_rate(const struct mode_setting *s, int64_t *period_ns)
 {
-	struct v4l2_streamparm parm = {.type = V4L2_BUF_TYPE_VIDEO_CAPTURE};
+	struct v4l2_streamparm parm = {.type = s->device->type};
 	struct v4l2_captureparm *capture = &parm.parm.capture;
 	int error = v4l2_ask(s->device->fd, VIDIOC_G_PARM, &parm);
 

@@ -37,11 +37,12 @@ static int fail(int error)
 
 static int query_capability(const struct fake *fake, struct v4l2_capability *about)
 {
-	*about = (struct v4l2_capability){.capabilities =
-						  V4L2_CAP_DEVICE_CAPS | V4L2_CAP_VIDEO_CAPTURE};
+	uint32_t capture = fake->planes ? V4L2_CAP_VIDEO_CAPTURE_MPLANE : V4L2_CAP_VIDEO_CAPTURE;
+
+	*about = (struct v4l2_capability){.capabilities = V4L2_CAP_DEVICE_CAPS | capture};
 	snprintf((char *)about->card, sizeof(about->card), "%.31s", fake->card);
 	snprintf((char *)about->driver, sizeof(about->driver), "%.15s", fake->driver);
-	about->device_caps = fake->metadata ? V4L2_CAP_META_CAPTURE : V4L2_CAP_VIDEO_CAPTURE;
+	about->device_caps = fake->metadata ? V4L2_CAP_META_CAPTURE : capture;
 	if (!fake->cannot_stream)
 		about->device_caps |= V4L2_CAP_STREAMING;
 	return 0;
@@ -116,6 +117,41 @@ static int set_wanted_format(struct fake *fake, struct v4l2_pix_format *pix)
 		if (fake_fourcc(fake_nth_format(fake, i)) == pix->pixelformat)
 			fake_set_format(fake, pix->pixelformat);
 	tell_format(fake, pix);
+	return 0;
+}
+
+/* As the API for several planes has it: all of them are alike. */
+static int exchange_planes(struct fake *fake, struct v4l2_pix_format_mplane *planes, bool set)
+{
+	struct v4l2_pix_format pix = {.width = planes->width,
+				      .height = planes->height,
+				      .pixelformat = planes->pixelformat};
+	int result = set ? set_wanted_format(fake, &pix) : 0;
+
+	if (result)
+		return result;
+	tell_format(fake, &pix);
+	*planes = (struct v4l2_pix_format_mplane){
+		.width = pix.width,
+		.height = pix.height,
+		.pixelformat = pix.pixelformat,
+		.field = pix.field,
+		.num_planes = (uint8_t)fake->planes,
+	};
+	for (long p = 0; p < fake->planes; p++) {
+		planes->plane_fmt[p].bytesperline = pix.bytesperline;
+		planes->plane_fmt[p].sizeimage = pix.sizeimage;
+	}
+	return 0;
+}
+
+static int exchange_format(struct fake *fake, struct v4l2_format *format, bool set)
+{
+	if (fake->planes)
+		return exchange_planes(fake, &format->fmt.pix_mp, set);
+	if (set)
+		return set_wanted_format(fake, &format->fmt.pix);
+	tell_format(fake, &format->fmt.pix);
 	return 0;
 }
 
@@ -200,8 +236,13 @@ static int query_buffer(const struct fake *fake, struct v4l2_buffer *about)
 {
 	if (about->index >= fake->buffer_count)
 		return fail(EINVAL);
-	about->length = fake->size_bytes;
-	about->m.offset = about->index * fake->size_bytes;
+	if (fake->planes) {
+		about->m.planes->length = fake->size_bytes;
+		about->m.planes->m.mem_offset = about->index * fake->size_bytes;
+	} else {
+		about->length = fake->size_bytes;
+		about->m.offset = about->index * fake->size_bytes;
+	}
 	return 0;
 }
 
@@ -239,7 +280,12 @@ static int dequeue_buffer(struct fake *fake, struct v4l2_buffer *about)
 	struct v4l2_buffer *done = &fake->buffers[index].about;
 
 	about->index = index;
-	about->bytesused = done->bytesused;
+	if (fake->planes) {
+		about->m.planes->bytesused = done->bytesused;
+		about->m.planes->data_offset = (uint32_t)fake->offset;
+	} else {
+		about->bytesused = done->bytesused;
+	}
 	about->flags = done->flags;
 	about->timestamp = done->timestamp;
 	about->sequence = done->sequence;
@@ -267,10 +313,44 @@ static int stream_off(struct fake *fake)
 	return 0;
 }
 
+/* Of the API that the camera has, where a request names one; buffers come with their planes. */
+static bool is_ours(const struct fake *fake, unsigned long request, const void *argument)
+{
+	uint32_t ours =
+		fake->planes ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
+	const struct v4l2_buffer *buffer = argument;
+
+	switch (request) {
+	case VIDIOC_ENUM_FMT:
+		return ((const struct v4l2_fmtdesc *)argument)->type == ours;
+	case VIDIOC_G_FMT:
+	case VIDIOC_S_FMT:
+		return ((const struct v4l2_format *)argument)->type == ours;
+	case VIDIOC_G_PARM:
+	case VIDIOC_S_PARM:
+		return ((const struct v4l2_streamparm *)argument)->type == ours;
+	case VIDIOC_REQBUFS:
+		return ((const struct v4l2_requestbuffers *)argument)->type == ours;
+	case VIDIOC_QUERYBUF:
+	case VIDIOC_QBUF:
+	case VIDIOC_DQBUF:
+		return buffer->type == ours &&
+		       (!fake->planes ||
+			(buffer->m.planes && buffer->length >= (uint32_t)fake->planes));
+	case VIDIOC_STREAMON:
+	case VIDIOC_STREAMOFF:
+		return *(const uint32_t *)argument == ours;
+	default:
+		return true;
+	}
+}
+
 int fake_answer(struct fake *fake, unsigned long request, void *argument)
 {
 	if (fake->gone && request != VIDIOC_DQBUF)
 		return fail(ENODEV);
+	if (!is_ours(fake, request, argument))
+		return fail(EINVAL);
 	switch (request) {
 	case VIDIOC_QUERYCAP:
 		return query_capability(fake, argument);
@@ -281,10 +361,8 @@ int fake_answer(struct fake *fake, unsigned long request, void *argument)
 	case VIDIOC_ENUM_FRAMEINTERVALS:
 		return enumerate_rates(fake, argument);
 	case VIDIOC_G_FMT:
-		tell_format(fake, &((struct v4l2_format *)argument)->fmt.pix);
-		return 0;
 	case VIDIOC_S_FMT:
-		return set_wanted_format(fake, &((struct v4l2_format *)argument)->fmt.pix);
+		return exchange_format(fake, argument, request == VIDIOC_S_FMT);
 	case VIDIOC_G_PARM:
 	case VIDIOC_S_PARM:
 		return set_interval(fake, &((struct v4l2_streamparm *)argument)->parm.capture,

@@ -78,7 +78,7 @@ static uint32_t fill(const struct fake *fake, uint8_t *pixels, int64_t mid_expos
 	if (fake->fourcc != V4L2_PIX_FMT_MJPEG) {
 		draw(fake, pixels);
 		write_truth(fake, pixels, mid_exposure_ns);
-		return fake->size_bytes;
+		return (uint32_t)(fake->stride * fake->height);
 	}
 	FILE *file = *fake->jpeg ? fopen(fake->jpeg, "rb") : NULL;
 	size_t length = file ? fread(pixels, 1, fake->size_bytes, file) : 0;
@@ -136,7 +136,7 @@ static int take_queued(struct fake *fake)
 static void fill_buffer(struct fake *fake, uint32_t index, int64_t start_ns, int64_t end_ns)
 {
 	struct v4l2_buffer *about = &fake->buffers[index].about;
-	uint8_t *pixels = fake->memory + (size_t)index * fake->size_bytes;
+	uint8_t *pixels = fake->memory + (size_t)index * fake->size_bytes + fake->offset;
 
 	about->bytesused = fill(fake, pixels, start_ns + fake->exposure_us * 1000 / 2);
 	stamp(fake, about, start_ns, end_ns);
@@ -145,6 +145,7 @@ static void fill_buffer(struct fake *fake, uint32_t index, int64_t start_ns, int
 		about->flags |= V4L2_BUF_FLAG_ERROR;
 	if (every(fake->short_every, fake->sequence))
 		about->bytesused = fake->size_bytes / 2;
+	about->bytesused += (uint32_t)fake->offset;
 }
 
 /* The picture whose exposure began at start_ns is ready. */

@@ -69,7 +69,8 @@ static void set_one(struct fake *fake, const char *key, const char *value)
 		NUMBER(readout_us),  NUMBER(error_every),   NUMBER(gap_every),
 		NUMBER(short_every), NUMBER(eio_after),     NUMBER(quiet),
 		NUMBER(still),       NUMBER(cannot_stream), NUMBER(metadata),
-		NUMBER(denied),      NUMBER(busy),
+		NUMBER(denied),      NUMBER(busy),          NUMBER(planes),
+		NUMBER(offset),
 	};
 
 	if (strcmp(key, "jpeg") == 0)
@@ -88,7 +89,7 @@ void fake_set_format(struct fake *fake, uint32_t fourcc)
 
 	if (fake->stride < row_bytes)
 		fake->stride = row_bytes;
-	fake->size_bytes = (uint32_t)(fake->stride * fake->height);
+	fake->size_bytes = (uint32_t)(fake->stride * fake->height + fake->offset);
 }
 
 bool fake_read_settings(struct fake *fake)

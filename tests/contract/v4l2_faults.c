@@ -163,12 +163,13 @@ static void damaged_frames_are_dropped_and_counted(void **state)
 static void pixels_are_read_where_the_kernel_put_them(void **state)
 {
 	static const char *const settings[] = {"formats GREY\nstride 179", "formats Y10",
-					       "formats Y12", "formats RGGB"};
+					       "formats Y12", "formats RGGB",
+					       "planes 1\noffset 128"};
 	static const enum pixel_format formats[] = {PIXEL_GREY8, PIXEL_GREY16, PIXEL_GREY16,
-						    PIXEL_BAYER_RG8};
+						    PIXEL_BAYER_RG8, PIXEL_GREY8};
 
-	for (size_t f = 0; f < 4; f++) {
-		struct camera_mode wanted = {.format = formats[f]};
+	for (size_t f = 0; f < sizeof(formats) / sizeof(formats[0]); f++) {
+		struct camera_mode wanted = {.format = formats[f], .period_ns = 4 * NS_PER_MS};
 		const uint8_t *at[64];
 		struct frame frame;
 		int same = 0;

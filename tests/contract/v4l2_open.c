@@ -110,6 +110,14 @@ static void a_format_that_is_not_there_is_refused_with_those_that_are(void **sta
 	assert_told("/dev/video1", "grey is wanted", "offers MJPG", NULL);
 }
 
+static void pictures_in_several_memory_planes_are_refused_by_name(void **state)
+{
+	(void)state;
+	fake_v4l2_plug(0, "A1", "planes 2");
+	assert_int_equal(open_and_configure("/dev/video0", &grey), -ENOTSUP);
+	assert_told("/dev/video0", "GREY lie in 2 memory planes", "another format", NULL);
+}
+
 static void grey_of_more_bits_is_taken_before_the_luma_of_yuyv(void **state)
 {
 	struct frame frame;
@@ -217,6 +225,7 @@ int main(void)
 		V4L2_TEST(a_kernel_without_v4l2_is_named),
 		V4L2_TEST(a_device_that_another_program_streams_from_is_busy),
 		V4L2_TEST(a_format_that_is_not_there_is_refused_with_those_that_are),
+		V4L2_TEST(pictures_in_several_memory_planes_are_refused_by_name),
 		V4L2_TEST(grey_of_more_bits_is_taken_before_the_luma_of_yuyv),
 		V4L2_TEST(the_rate_granted_is_what_the_device_will_do),
 		V4L2_TEST(a_size_that_is_not_there_is_refused_with_those_that_are),

@@ -3,6 +3,7 @@
  */
 #include <errno.h>
 #include <fcntl.h>
+#include <inttypes.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -54,6 +55,49 @@ static int first_error(struct v4l2_stream *stream, int frames_max)
 			v4l2_stream_release(stream, &frame);
 	}
 	return err;
+}
+
+/* How many bytes from here on are a map of this device, the kernel's own buffer; 0: none. */
+static size_t mapped_bytes(const uint8_t *at)
+{
+	FILE *maps = fopen("/proc/self/maps", "re");
+	char line[512];
+	size_t bytes = 0;
+
+	assert_non_null(maps);
+	while (fgets(line, sizeof(line), maps)) {
+		uintptr_t begin, end;
+
+		if (sscanf(line, "%" SCNxPTR "-%" SCNxPTR, &begin, &end) == 2 &&
+		    begin <= (uintptr_t)at && (uintptr_t)at < end && strstr(line, node))
+			bytes = end - (uintptr_t)at;
+	}
+	fclose(maps);
+	return bytes;
+}
+
+/* Every frame is lent in the buffer that the kernel filled: nobody has copied. */
+static void pixels_lie_in_the_buffers_of_the_device(void **state)
+{
+	struct v4l2_stream stream;
+	const uint8_t *first = NULL;
+	bool returned = false, other = false;
+
+	(void)state;
+	v4l2_stream_start(&stream, node, &wanted);
+	for (int i = 0; i < 40; i++) {
+		struct frame frame;
+
+		assert_int_equal(v4l2_stream_next(&stream, PATIENCE_S, &frame), 0);
+		assert_true(mapped_bytes(frame.pixels) >=
+			    (size_t)frame.stride_bytes * (size_t)frame.height_px);
+		returned |= frame.pixels == first;
+		other |= first && frame.pixels != first;
+		first = first ? first : frame.pixels;
+		v4l2_stream_release(&stream, &frame);
+	}
+	v4l2_stream_stop(&stream);
+	assert_true(returned && other); /* each in its turn */
 }
 
 static void dropped_buffers_are_gaps_in_the_counter(void **state)
@@ -161,6 +205,7 @@ static void unplugged_camera_is_gone_for_good_and_opens_again_when_it_is_back(vo
 int main(int argc, char **argv)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(pixels_lie_in_the_buffers_of_the_device),
 		cmocka_unit_test(dropped_buffers_are_gaps_in_the_counter),
 		cmocka_unit_test(damaged_frame_is_told_and_the_next_one_is_whole),
 		cmocka_unit_test(broken_stream_is_told_and_starts_again),
