@@ -113,6 +113,19 @@ enum arguments_result arguments_parse(const struct verb *verb, const struct argu
 	return ARGUMENTS_OK;
 }
 
+enum arguments_result arguments_parse_optional(const struct verb *verb,
+					       const struct argument *arguments, int argc,
+					       char **argv, const char **positional)
+{
+	enum arguments_result result = parse_options(verb, arguments, argc, argv);
+
+	if (result == ARGUMENTS_OK && argc - optind > 1)
+		return wrong(verb);
+	if (result == ARGUMENTS_OK && argc > optind)
+		*positional = argv[optind];
+	return result;
+}
+
 int arguments_exit_code(enum arguments_result result)
 {
 	return result == ARGUMENTS_WRONG ? EXIT_CODE_USAGE : EXIT_CODE_OK;

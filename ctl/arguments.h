@@ -33,5 +33,10 @@ enum arguments_result arguments_parse(const struct verb *verb, const struct argu
 				      int argc, char **argv, const char **positional,
 				      int positional_count);
 
+/* The same of a verb that takes one word or none: then *positional keeps what it was. */
+enum arguments_result arguments_parse_optional(const struct verb *verb,
+					       const struct argument *arguments, int argc,
+					       char **argv, const char **positional);
+
 /* What to return from a verb after anything but ARGUMENTS_OK. */
 int arguments_exit_code(enum arguments_result result);

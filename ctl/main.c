@@ -38,6 +38,8 @@ static const struct verb verbs[] = {
 	{"calibrate rollback", "CONFIG|RIG", "Brings an earlier revision into force again",
 	 verb_calibrate_rollback},
 	{"config check", "CONFIG", "Checks a config and all that it names", verb_config_check},
+	{"doctor", "[CONFIG]", "Says what of machine and devices would spoil a shooting day",
+	 verb_doctor},
 	{"process", "CONFIG", "Tracks recordings: one JSON object per shot", verb_process},
 	{"sim list", "", "Lists the scenes of the simulator", verb_sim_list},
 	{"sim play", "SCENE", "Tracks a simulated scene and scores it against its truth",

@@ -24,6 +24,7 @@ int verb_camera_noise(const struct verb *verb, int argc, char **argv);
 int verb_calibrate_actor(const struct verb *verb, int argc, char **argv);
 int verb_stream_tap(const struct verb *verb, int argc, char **argv);
 int verb_config_check(const struct verb *verb, int argc, char **argv);
+int verb_doctor(const struct verb *verb, int argc, char **argv);
 int verb_process(const struct verb *verb, int argc, char **argv);
 int verb_sim_list(const struct verb *verb, int argc, char **argv);
 int verb_sim_play(const struct verb *verb, int argc, char **argv);
