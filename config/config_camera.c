@@ -10,6 +10,7 @@
 #include "config/masks.h"
 
 static const char *const roles[] = {"ir", "hd", NULL};
+static const char *const shutters[] = {"unknown", "global", "rolling", NULL};
 
 #define CAMERA_AT(member) offsetof(struct config_camera, member)
 
@@ -80,6 +81,9 @@ static const struct yaml_key camera_keys[] = {
 	{"bits", YAML_INT, CAMERA_AT(wanted.bits), .min = 9, .max = 16, .unit = "bits"},
 	{"readout_us", YAML_MICROS, CAMERA_AT(wanted.readout_ns), .min = 1, .max = 1e6,
 	 .unit = "microseconds"},
+	{"shutter", YAML_CHOICE, CAMERA_AT(wanted.shutter), .choices = shutters},
+	{"row_time_us", YAML_MICROS, CAMERA_AT(wanted.row_time_ns), .min = 0.1, .max = 1000,
+	 .unit = "microseconds"},
 	{"controls", YAML_CUSTOM, .read = read_controls},
 	{"mask", YAML_CUSTOM, .read = read_mask},
 	{"electrons_per_grey", YAML_DOUBLE, CAMERA_AT(electrons_per_grey), .min = 0.01, .max = 1e5},
@@ -144,6 +148,22 @@ static void check_format(struct yaml *yaml, struct config_camera *camera,
 			      "format: grey16 is for the role ir");
 }
 
+/* One that is tracked must have all rows open together; what it has, its driver may know better. */
+static void check_shutter(struct yaml *yaml, struct config_camera *camera,
+			  const struct yaml_value *value)
+{
+	enum camera_shutter *shutter = &camera->wanted.shutter;
+
+	if (camera->wanted.row_time_ns && *shutter == SHUTTER_GLOBAL)
+		yaml_complain(yaml, value->place, value->field,
+			      "row_time_us: rows of a global shutter are open together: write "
+			      "shutter: rolling, or take it out");
+	if (camera->wanted.row_time_ns)
+		*shutter = SHUTTER_ROLLING;
+	else if (*shutter == SHUTTER_UNKNOWN && camera->role == ROLE_IR)
+		*shutter = SHUTTER_GLOBAL;
+}
+
 void camera_read(struct yaml *yaml, const struct yaml_value *value, struct config *config)
 {
 	struct yaml_place places[CAMERA_KEYS_SEEN];
@@ -161,5 +181,6 @@ void camera_read(struct yaml *yaml, const struct yaml_value *value, struct confi
 			yaml, value->place, value->field,
 			"mask: only of a camera with the role ir, in whose images spots are found");
 	check_format(yaml, &camera, value);
+	check_shutter(yaml, &camera, value);
 	config->cameras[config->camera_count++] = camera;
 }

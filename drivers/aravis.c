@@ -56,6 +56,17 @@ static int aravis_open(struct camera **out, const char *rest, const char *base_d
 	return 0;
 }
 
+/* Where nobody tells whether rows are exposed one after the other, the middle one may be later than
+ * the first by half of the time that reading takes. */
+static struct aravis_rows rows_of(const struct camera_mode *mode)
+{
+	int64_t readout_ns = mode->readout_ns ? mode->readout_ns : mode->period_ns;
+
+	if (mode->shutter == SHUTTER_UNKNOWN)
+		return (struct aravis_rows){0, readout_ns / 2};
+	return (struct aravis_rows){mode->row_time_ns * (mode->height_px - 1) / 2, 0};
+}
+
 static int aravis_configure(struct camera *base, const struct camera_mode *wanted,
 			    struct camera_mode *granted, struct diag *diag)
 {
@@ -63,9 +74,11 @@ static int aravis_configure(struct camera *base, const struct camera_mode *wante
 	int error = aravis_configure_device(camera->device, camera->address, wanted, &camera->mode,
 					    &camera->format, diag);
 
-	if (!error)
-		*granted = camera->mode;
-	return error;
+	if (error)
+		return error;
+	camera->rows = rows_of(&camera->mode);
+	*granted = camera->mode;
+	return 0;
 }
 
 /* Without a reading of its clock a device is believed to send as soon as the exposure is over. */
@@ -224,7 +237,8 @@ static void stamp(struct aravis_camera *camera, const struct aravis_slot *slot, 
 	out->mid_exposure_ns = clock_map_host_ns(&camera->clock, device_ns, &out->uncertainty_ns);
 	if (!camera->stamps_middle)
 		out->mid_exposure_ns += camera->mode.exposure_ns / 2;
-	out->mid_exposure_ns += camera->mode.row_time_ns * (camera->mode.height_px - 1) / 2;
+	out->mid_exposure_ns += camera->rows.middle_ns;
+	out->uncertainty_ns += camera->rows.bound_ns;
 	out->arrival_ns = slot->arrival_ns;
 }
 

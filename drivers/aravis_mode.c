@@ -183,20 +183,30 @@ static int64_t period_ns(const struct device_setting *s)
 	return rate_hz > 0 ? llround((double)NS_PER_S / rate_hz) : 0;
 }
 
-/* Between rows of a rolling shutter; 0 for a global one, or where the camera does not tell which it
- * has. Cameras do not tell how long reading takes: the operator may, else it is a whole period. */
-static int64_t row_time_ns(const struct device_setting *s, const struct camera_mode *wanted,
-			   const struct camera_mode *granted)
+/* The camera knows better than the config, where it tells. */
+static enum camera_shutter shutter_of(const struct device_setting *s,
+				      const struct camera_mode *wanted)
 {
 	ArvDevice *device = arv_camera_get_device(s->device);
-	int64_t readout_ns = wanted->readout_ns ? wanted->readout_ns : granted->period_ns;
-	const char *shutter;
+	const char *name = NULL;
 
-	if (!arv_device_is_feature_available(device, "SensorShutterMode", NULL))
+	if (arv_device_is_feature_available(device, "SensorShutterMode", NULL))
+		name = arv_device_get_string_feature_value(device, "SensorShutterMode", NULL);
+	return !name                          ? wanted->shutter
+	       : strcmp(name, "Rolling") == 0 ? SHUTTER_ROLLING
+					      : SHUTTER_GLOBAL;
+}
+
+/* Between rows of a rolling shutter; else 0. Cameras do not tell how long reading takes: the
+ * operator may, else it is a whole period. */
+static int64_t row_time_ns(const struct camera_mode *wanted, const struct camera_mode *granted)
+{
+	int64_t readout_ns = wanted->readout_ns ? wanted->readout_ns : granted->period_ns;
+
+	if (granted->shutter != SHUTTER_ROLLING)
 		return 0;
-	shutter = arv_device_get_string_feature_value(device, "SensorShutterMode", NULL);
-	if (!shutter || strcmp(shutter, "Rolling") != 0)
-		return 0;
+	if (wanted->row_time_ns)
+		return wanted->row_time_ns;
 	if (!readout_ns)
 		readout_ns = NS_PER_S;
 	return readout_ns > granted->height_px ? readout_ns / granted->height_px : 1;
@@ -219,7 +229,8 @@ static void read_mode(struct device_setting *s, const struct camera_mode *wanted
 			llround(arv_camera_get_exposure_time(s->device, NULL) * NS_PER_US);
 	if (arv_camera_is_gain_available(s->device, NULL))
 		granted->gain_db = arv_camera_get_gain(s->device, NULL);
-	granted->row_time_ns = row_time_ns(s, wanted, granted);
+	granted->shutter = shutter_of(s, wanted);
+	granted->row_time_ns = row_time_ns(wanted, granted);
 }
 
 int aravis_configure_device(ArvCamera *device, const char *address,

@@ -24,6 +24,11 @@ struct aravis_slot {
 	bool held; /* by us, not by Aravis */
 };
 
+/* Of the middle row's exposure behind that of the first. */
+struct aravis_rows {
+	int64_t middle_ns, bound_ns;
+};
+
 struct aravis_camera {
 	struct camera base;
 
@@ -31,6 +36,7 @@ struct aravis_camera {
 	char address[128];
 	ArvCamera *device;
 	struct camera_mode mode;
+	struct aravis_rows rows;
 	ArvPixelFormat format;
 	bool stamps_middle;
 	ArvStream *stream;

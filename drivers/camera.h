@@ -39,6 +39,12 @@ struct camera_control {
 
 #define CAMERA_CONTROL_MAX 24
 
+enum camera_shutter {
+	SHUTTER_UNKNOWN, /* the bound on a frame's time allows for either */
+	SHUTTER_GLOBAL,  /* all rows collect light together */
+	SHUTTER_ROLLING, /* row after row */
+};
+
 /* Wanted by the caller, then what the device will really do. Zero = the device's own choice. */
 struct camera_mode {
 	int width_px, height_px;
@@ -46,8 +52,9 @@ struct camera_mode {
 	int bits;          /* as in struct frame */
 	int64_t period_ns; /* between frames when it runs free */
 	int64_t exposure_ns;
-	int64_t readout_ns;  /* from the end of the exposure to the last pixel; 0: not known */
-	int64_t row_time_ns; /* granted: as in struct frame */
+	int64_t readout_ns; /* from the end of the exposure to the last pixel; 0: not known */
+	enum camera_shutter shutter;
+	int64_t row_time_ns; /* as in struct frame; 0: not known, or global */
 	double gain_db;
 	bool triggered; /* exposes on a trigger edge, not by its own clock */
 	int control_count;

@@ -111,6 +111,8 @@ static int v4l2_configure(struct camera *base, const struct camera_mode *wanted,
 		.exposure_ns =
 			camera->mode.exposure_ns ? camera->mode.exposure_ns : wanted->exposure_ns,
 		.readout_ns = wanted->readout_ns,
+		.may_roll = camera->mode.shutter != SHUTTER_GLOBAL,
+		.rows_ns = camera->mode.row_time_ns * (camera->mode.height_px - 1),
 		.stamps_first_bytes = v4l2_stamps_first_bytes(&camera->device),
 	};
 	*granted = camera->mode;
@@ -259,6 +261,7 @@ static void fill_frame(struct v4l2_camera *camera, const struct v4l2_filled *buf
 		.stride_bytes = camera->luma ? camera->mode.width_px : camera->layout.stride_bytes,
 		.format = camera->mode.format,
 		.bits = camera->mode.bits,
+		.row_time_ns = camera->mode.row_time_ns,
 		.size_bytes = camera->mode.format == PIXEL_MJPEG
 				      ? buffer->used_bytes - buffer->offset_bytes
 				      : 0,

@@ -219,18 +219,38 @@ static int refuse_gain(const struct v4l2_device *device, struct diag *diag)
 	return -ENOTSUP;
 }
 
-int64_t v4l2_exposure_ns(const struct v4l2_device *device)
+/* -1: not told. */
+static int64_t read_value(const struct v4l2_device *device, uint32_t id, bool is_wide)
 {
-	struct v4l2_ext_control one = {.id = V4L2_CID_EXPOSURE_AUTO};
+	struct v4l2_ext_control one = {.id = id};
 	struct v4l2_ext_controls all = {.count = 1, .controls = &one};
 
-	if (v4l2_ask(device->fd, VIDIOC_G_EXT_CTRLS, &all) == 0 &&
-	    one.value != V4L2_EXPOSURE_MANUAL && one.value != V4L2_EXPOSURE_SHUTTER_PRIORITY)
+	if (v4l2_ask(device->fd, VIDIOC_G_EXT_CTRLS, &all))
+		return -1;
+	return is_wide ? one.value64 : one.value;
+}
+
+int64_t v4l2_exposure_ns(const struct v4l2_device *device)
+{
+	int64_t automatic = read_value(device, V4L2_CID_EXPOSURE_AUTO, false);
+	int64_t exposure = read_value(device, V4L2_CID_EXPOSURE_ABSOLUTE, false);
+
+	if (automatic != -1 && automatic != V4L2_EXPOSURE_MANUAL &&
+	    automatic != V4L2_EXPOSURE_SHUTTER_PRIORITY)
 		return 0;
-	one = (struct v4l2_ext_control){.id = V4L2_CID_EXPOSURE_ABSOLUTE};
-	if (v4l2_ask(device->fd, VIDIOC_G_EXT_CTRLS, &all) || one.value < 0)
+	return exposure > 0 ? exposure * EXPOSURE_UNIT_NS : 0;
+}
+
+/* Some capture drivers show the controls of their sensor (kernel documentation, "Camera sensor
+ * drivers"). */
+int64_t v4l2_row_time_ns(const struct v4l2_device *device, int width_px)
+{
+	int64_t rate_hz = read_value(device, V4L2_CID_PIXEL_RATE, true);
+	int64_t blank_px = read_value(device, V4L2_CID_HBLANK, false);
+
+	if (rate_hz <= 0 || blank_px < 0)
 		return 0;
-	return one.value * EXPOSURE_UNIT_NS;
+	return (int64_t)((double)(width_px + blank_px) * NS_PER_S / (double)rate_hz);
 }
 
 int v4l2_set_light(const struct v4l2_device *device, const struct camera_mode *wanted,

@@ -50,6 +50,8 @@ int v4l2_configure_device(const struct v4l2_device *device, const struct camera_
 int v4l2_set_light(const struct v4l2_device *device, const struct camera_mode *wanted,
 		   struct diag *diag);
 int64_t v4l2_exposure_ns(const struct v4l2_device *device); /* 0: automatic, or not told */
+/* From row to row, where the device tells how its sensor is read; else 0. */
+int64_t v4l2_row_time_ns(const struct v4l2_device *device, int width_px);
 
 /* Sets wanted->controls in their order; `granted` gets the values that the device took. */
 int v4l2_set_controls(const struct v4l2_device *device, const struct camera_mode *wanted,

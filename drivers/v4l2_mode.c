@@ -284,6 +284,20 @@ static int make_layout(const struct mode_setting *s, const struct v4l2_pix_forma
 	return 0;
 }
 
+/* As the config says, else as the sensor's own timing does, else the readout spread over all rows.
+ */
+static int64_t row_time_ns(const struct v4l2_device *device, const struct camera_mode *wanted,
+			   const struct v4l2_pix_format *pix)
+{
+	int64_t told_ns = wanted->row_time_ns;
+
+	if (wanted->shutter != SHUTTER_ROLLING)
+		return 0;
+	if (!told_ns)
+		told_ns = v4l2_row_time_ns(device, (int)pix->width);
+	return told_ns ? told_ns : wanted->readout_ns / pix->height;
+}
+
 int v4l2_configure_device(const struct v4l2_device *device, const struct camera_mode *wanted,
 			  struct camera_mode *granted, struct v4l2_layout *layout,
 			  struct diag *diag)
@@ -311,6 +325,8 @@ int v4l2_configure_device(const struct v4l2_device *device, const struct camera_
 	mode.format = s.takes_luma ? PIXEL_GREY8 : s.chosen->format;
 	mode.bits = s.chosen->bits;
 	mode.exposure_ns = v4l2_exposure_ns(device);
+	mode.shutter = wanted->shutter;
+	mode.row_time_ns = row_time_ns(device, wanted, &pix);
 	*granted = mode;
 	return 0;
 }

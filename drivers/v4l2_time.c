@@ -29,6 +29,11 @@ static struct interval minus(struct interval a, struct interval b)
 	return (struct interval){a.low_ns - b.high_ns, a.high_ns - b.low_ns};
 }
 
+static int64_t most(int64_t a_ns, int64_t b_ns)
+{
+	return a_ns > b_ns ? a_ns : b_ns;
+}
+
 static int64_t longest_ns(const struct v4l2_timing *timing)
 {
 	return timing->period_ns > 0 ? timing->period_ns : PERIOD_MAX_NS;
@@ -39,6 +44,26 @@ static struct interval length_of(int64_t known_ns, const struct v4l2_timing *tim
 {
 	return known_ns > 0 ? (struct interval){known_ns, known_ns}
 			    : (struct interval){0, longest_ns(timing)};
+}
+
+/* From the end of the middle row's exposure to the last pixel. Reading takes as long as the rows at
+ * least. */
+static struct interval half_readout(const struct v4l2_timing *timing)
+{
+	struct interval readout = length_of(timing->readout_ns, timing);
+
+	readout.low_ns = most(readout.low_ns, timing->rows_ns);
+	readout.high_ns = most(readout.high_ns, readout.low_ns);
+	return (struct interval){readout.low_ns - timing->rows_ns / 2,
+				 readout.high_ns - timing->rows_ns / 2};
+}
+
+/* By how much later than the first row the middle one may have been exposed, where nobody tells. */
+static int64_t may_be_later_ns(const struct v4l2_timing *timing)
+{
+	return timing->may_roll && !timing->rows_ns
+		       ? length_of(timing->readout_ns, timing).high_ns / 2
+		       : 0;
 }
 
 /* Of our clock, and of something that had happened: some devices tell the end of a frame as it was
@@ -67,6 +92,7 @@ static struct interval middle(const struct v4l2_timing *timing, const struct v4l
 {
 	struct interval exposure = length_of(timing->exposure_ns, timing);
 	struct interval half = {exposure.low_ns / 2, exposure.high_ns / 2};
+	struct interval rows = {timing->rows_ns / 2, timing->rows_ns / 2};
 	struct interval at = {stamp->not_yet_ns, stamp->arrival_ns};
 
 	if (believed) {
@@ -77,11 +103,11 @@ static struct interval middle(const struct v4l2_timing *timing, const struct v4l
 
 		at = (struct interval){stamp->stamp_ns - late_ns, stamp->stamp_ns + STAMP_NS};
 		if (is_start && !timing->stamps_first_bytes)
-			return plus(at, half);
+			return plus(plus(at, half), rows);
 		if (is_start) /* read out from the end of the exposure on */
-			return minus(at, half);
+			return plus(minus(at, half), rows);
 	}
-	return minus(minus(at, length_of(timing->readout_ns, timing)), half);
+	return minus(minus(at, half_readout(timing)), half);
 }
 
 void v4l2_time_begin(struct v4l2_timing *timing, int64_t begin_ns)
@@ -89,11 +115,6 @@ void v4l2_time_begin(struct v4l2_timing *timing, int64_t begin_ns)
 	timing->begin_ns = begin_ns;
 	timing->tried = 0;
 	timing->disbelieved = timing->any = false;
-}
-
-static int64_t most(int64_t a_ns, int64_t b_ns)
-{
-	return a_ns > b_ns ? a_ns : b_ns;
 }
 
 void v4l2_time(struct v4l2_timing *timing, struct v4l2_stamp *stamp)
@@ -114,5 +135,8 @@ void v4l2_time(struct v4l2_timing *timing, struct v4l2_stamp *stamp)
 	timing->last_ns = middle_ns;
 	timing->last_low_ns = m.low_ns;
 	stamp->mid_exposure_ns = middle_ns;
+	m.high_ns += may_be_later_ns(timing);
+	if (m.high_ns > stamp->arrival_ns)
+		m.high_ns = stamp->arrival_ns;
 	stamp->uncertainty_ns = most(m.high_ns - middle_ns, middle_ns - m.low_ns);
 }

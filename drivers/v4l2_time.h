@@ -20,6 +20,10 @@ struct v4l2_timing {
 	/* what the driver calls the start of the exposure is when the first of the picture's bytes
 	 * came to the host: uvcvideo without hardware time stamps */
 	bool stamps_first_bytes;
+	/* rows may be exposed one after the other; from the first to the last, 0: not known: then
+	 * the time is that of the first, and the bound allows for the middle one's */
+	bool may_roll;
+	int64_t rows_ns;
 
 	/* of v4l2_time() */
 	uint32_t tried;      /* frames, up to V4L2_TIME_FRAMES */

@@ -195,6 +195,16 @@ static int query_control(struct v4l2_query_ext_ctrl *query)
 
 static int exchange_control(struct fake *fake, struct v4l2_ext_controls *all, bool set)
 {
+	uint32_t id = all->controls->id;
+
+	if (!set && id == V4L2_CID_HBLANK && fake->pixel_rate) {
+		all->controls->value = (int32_t)fake->hblank;
+		return 0;
+	}
+	if (!set && id == V4L2_CID_PIXEL_RATE && fake->pixel_rate) {
+		all->controls->value64 = fake->pixel_rate;
+		return 0;
+	}
 	for (size_t c = 0; c < CONTROL_COUNT; c++)
 		if (controls[c].id == all->controls->id) {
 			if (set)

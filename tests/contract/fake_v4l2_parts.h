@@ -32,8 +32,9 @@ struct fake {
 	long quiet; /* after the plug is pulled DQBUF says "nothing yet", QBUF that it is gone */
 	long still; /* the sequence stands still */
 	long cannot_stream, metadata, denied, busy;
-	long planes; /* of its pictures, by the API for several; 0: the other one */
-	long offset; /* of pictures in their plane */
+	long planes;             /* of its pictures, by the API for several; 0: the other one */
+	long hblank, pixel_rate; /* of its sensor; 0: not told */
+	long offset;             /* of pictures in their plane */
 	/* mode and memory */
 	long full_width, full_height; /* those of the settings; half of both is offered too */
 	uint32_t fourcc, size_bytes, buffer_count;

@@ -70,7 +70,7 @@ static void set_one(struct fake *fake, const char *key, const char *value)
 		NUMBER(short_every), NUMBER(eio_after),     NUMBER(quiet),
 		NUMBER(still),       NUMBER(cannot_stream), NUMBER(metadata),
 		NUMBER(denied),      NUMBER(busy),          NUMBER(planes),
-		NUMBER(offset),
+		NUMBER(offset),      NUMBER(hblank),        NUMBER(pixel_rate),
 	};
 
 	if (strcmp(key, "jpeg") == 0)

@@ -224,7 +224,8 @@ static void the_true_time_lies_within_the_bound(void **state)
 
 	for (size_t c = 0; c < sizeof(cases) / sizeof(cases[0]); c++) {
 		struct camera_mode wanted = {.exposure_ns = NS_PER_MS,
-					     .readout_ns = cases[c].readout_ns};
+					     .readout_ns = cases[c].readout_ns,
+					     .shutter = SHUTTER_GLOBAL};
 		struct frame frame;
 
 		begin(cases[c].settings, &wanted);
@@ -235,6 +236,42 @@ static void the_true_time_lies_within_the_bound(void **state)
 			assert_true(frame.uncertainty_ns <= cases[c].bound_ns);
 			driver->release(camera, &frame);
 		}
+		v4l2_tear_down(state);
+		v4l2_set_up(state);
+	}
+}
+
+/* The truth of these cameras is that of their first row. */
+static void a_rolling_shutter_is_stamped_in_its_middle_row_and_doubt_widens_the_bound(void **state)
+{
+	static const struct {
+		const char *settings;
+		enum camera_shutter shutter;
+		int64_t row_time_ns, readout_ns, granted_ns, bound_ns;
+	} cases[] = {
+		{"", SHUTTER_ROLLING, 30000, 0, 30000, 110 * NS_PER_US},
+		{"", SHUTTER_ROLLING, 0, 3600000, 30000, 110 * NS_PER_US},
+		{"hblank 40\npixel_rate 8000000", SHUTTER_ROLLING, 0, 0, 25000, 110 * NS_PER_US},
+		{"", SHUTTER_UNKNOWN, 0, 3600000, 0, 1910 * NS_PER_US},
+	};
+
+	for (size_t c = 0; c < sizeof(cases) / sizeof(cases[0]); c++) {
+		struct camera_mode wanted = {.exposure_ns = NS_PER_MS,
+					     .shutter = cases[c].shutter,
+					     .row_time_ns = cases[c].row_time_ns,
+					     .readout_ns = cases[c].readout_ns};
+		struct frame frame;
+
+		begin(cases[c].settings, &wanted);
+		assert_int_equal(granted.row_time_ns, cases[c].granted_ns);
+		take(&frame);
+		assert_int_equal(frame.row_time_ns, cases[c].granted_ns);
+		int64_t middle_ns = truth_ns(&frame) + cases[c].granted_ns * 119 / 2;
+
+		assert_true(llabs(frame.mid_exposure_ns - middle_ns) <= frame.uncertainty_ns);
+		assert_in_range(frame.uncertainty_ns, cases[c].bound_ns * 9 / 10,
+				cases[c].bound_ns);
+		driver->release(camera, &frame);
 		v4l2_tear_down(state);
 		v4l2_set_up(state);
 	}
@@ -254,6 +291,8 @@ int main(void)
 		V4L2_TEST(pixels_are_read_where_the_kernel_put_them),
 		V4L2_TEST(luma_is_taken_out_of_yuyv),
 		V4L2_TEST(the_true_time_lies_within_the_bound),
+		V4L2_TEST(
+			a_rolling_shutter_is_stamped_in_its_middle_row_and_doubt_widens_the_bound),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

@@ -106,6 +106,26 @@ static void every_key_is_read(void **state)
 	assert_true(config.cameras[0].wanted.gain_db == 6.5);
 }
 
+static void a_tracked_camera_has_a_global_shutter_and_another_one_what_is_written(void **state)
+{
+	(void)state;
+	assert_int_equal(load(HEAD
+			      "cameras:\n- {name: a, address: \"v4l2:a\"}\n"
+			      "- {name: b, address: \"v4l2:b\", role: hd}\n"
+			      "- {name: c, address: \"v4l2:c\", role: hd, row_time_us: 14.8}\n",
+			      NULL),
+			 0);
+	assert_int_equal(config.cameras[0].wanted.shutter, SHUTTER_GLOBAL);
+	assert_int_equal(config.cameras[1].wanted.shutter, SHUTTER_UNKNOWN);
+	assert_int_equal(config.cameras[2].wanted.shutter, SHUTTER_ROLLING);
+	assert_int_equal(config.cameras[2].wanted.row_time_ns, 14800);
+	expect_messages(
+		HEAD
+		"cameras:\n- {name: a, address: \"v4l2:x\", shutter: global, row_time_us: 9}\n",
+		"4:4: cameras[0]: row_time_us: rows of a global shutter are open together: write "
+		"shutter: rolling, or take it out\n");
+}
+
 static void a_camera_may_have_a_format_and_controls_of_its_own(void **state)
 {
 	const struct camera_mode *mode = &config.cameras[0].wanted;
@@ -437,6 +457,8 @@ int main(void)
 		cmocka_unit_test(five_lines_are_a_configuration),
 		cmocka_unit_test(every_key_is_read),
 		cmocka_unit_test(a_camera_may_have_a_format_and_controls_of_its_own),
+		cmocka_unit_test(
+			a_tracked_camera_has_a_global_shutter_and_another_one_what_is_written),
 		cmocka_unit_test(several_actors_have_a_layout_each),
 		cmocka_unit_test(json_is_read_too),
 		cmocka_unit_test(all_errors_come_in_one_run),

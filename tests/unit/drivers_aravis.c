@@ -175,6 +175,10 @@ static void rolling_shutter_tells_the_time_between_its_rows(void **state)
 	assert_int_equal(configure(&camera, &global, &diag), 0);
 	assert_int_equal(global.row_time_ns, 0);
 	driver->close(camera);
+	global = (struct camera_mode){.shutter = SHUTTER_ROLLING, .row_time_ns = 12000};
+	assert_int_equal(configure(&camera, &global, &diag), 0);
+	assert_int_equal(global.row_time_ns, 12000); /* it does not tell itself */
+	driver->close(camera);
 }
 
 int main(void)

@@ -222,6 +222,42 @@ static void a_camera_that_tells_nothing_gets_a_wide_bound(void **state)
 	assert_true_within(&stamp, 31 * NS_PER_MS);
 }
 
+/* The truth here is the middle row's: half of the rows behind the first. */
+static void a_rolling_shutter_counts_from_its_middle_row(void **state)
+{
+	static const int64_t readouts_ns[] = {READOUT_NS, 0};
+	static const int64_t bounds_ns[] = {110 * NS_PER_US, PERIOD_NS / 4};
+	const int64_t rows_ns = READOUT_NS, middle_ns = TRUTH_NS + rows_ns / 2;
+
+	(void)state;
+	for (size_t r = 0; r < 2; r++) {
+		struct v4l2_timing rolling = all_known;
+
+		rolling.readout_ns = readouts_ns[r];
+		rolling.may_roll = true;
+		rolling.rows_ns = rows_ns;
+		struct v4l2_stamp start = stamped(&rolling, SOE, BEGIN_NS);
+		struct v4l2_stamp end = stamped(&rolling, AT_END, END_NS);
+
+		assert_true(llabs(start.mid_exposure_ns - middle_ns) <= start.uncertainty_ns);
+		assert_true(start.uncertainty_ns <= 110 * NS_PER_US);
+		assert_true(llabs(end.mid_exposure_ns - middle_ns) <= end.uncertainty_ns);
+		assert_true(end.uncertainty_ns <= bounds_ns[r]);
+	}
+}
+
+static void doubt_about_the_shutter_costs_half_of_the_readout(void **state)
+{
+	struct v4l2_timing doubtful = all_known;
+
+	(void)state;
+	doubtful.may_roll = true;
+	struct v4l2_stamp start = stamped(&doubtful, SOE, BEGIN_NS);
+
+	assert_true(TRUTH_NS + READOUT_NS / 2 - start.mid_exposure_ns <= start.uncertainty_ns);
+	assert_true_within(&start, READOUT_NS / 2 + 110 * NS_PER_US);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -235,6 +271,8 @@ int main(void)
 		cmocka_unit_test(a_stream_that_was_believed_stays_so),
 		cmocka_unit_test(a_new_start_is_tried_anew),
 		cmocka_unit_test(times_never_run_back),
+		cmocka_unit_test(a_rolling_shutter_counts_from_its_middle_row),
+		cmocka_unit_test(doubt_about_the_shutter_costs_half_of_the_readout),
 		cmocka_unit_test(a_camera_that_tells_nothing_gets_a_wide_bound),
 	};
 
