@@ -7,17 +7,15 @@
 
 #include "drivers/aravis.h"
 #include "drivers/files.h"
+#include "drivers/libcamera.h"
 #include "drivers/trigger_free.h"
 #include "drivers/trigger_gpio.h"
 #include "drivers/v4l2.h"
 #include "sim/world.h"
 
 const struct camera_driver *const camera_drivers[] = {
-	&aravis_camera_driver,
-	&files_camera_driver,
-	&sim_camera_driver,
-	&v4l2_camera_driver,
-	NULL,
+	&aravis_camera_driver, &files_camera_driver, &libcamera_camera_driver,
+	&sim_camera_driver,    &v4l2_camera_driver,  NULL,
 };
 
 const struct trigger_driver *const trigger_drivers[] = {

@@ -1,6 +1,6 @@
 /*
  * Shared by the files of the v4l2 driver only: finding and opening a device, its mode, its
- * controls. All of it for the control thread.
+ * controls, which the libcamera driver sets on its sensors too. All of it for the control thread.
  */
 #pragma once
 

@@ -22,7 +22,10 @@ static struct camera_mode granted;
 
 static int open_camera(void **state)
 {
-	struct camera_mode wanted = {.format = contract->format, .period_ns = contract->period_ns};
+	struct camera_mode wanted = {.width_px = contract->width_px,
+				     .height_px = contract->height_px,
+				     .format = contract->format,
+				     .period_ns = contract->period_ns};
 	struct diag diag = {0};
 
 	(void)state;
@@ -216,7 +219,9 @@ static void a_stopped_camera_starts_again(void **state)
 /* As for a calibration, and back. */
 static void a_stopped_camera_takes_another_exposure(void **state)
 {
-	struct camera_mode wanted = {.format = contract->format,
+	struct camera_mode wanted = {.width_px = contract->width_px,
+				     .height_px = contract->height_px,
+				     .format = contract->format,
 				     .period_ns = 12 * NS_PER_S / 100,
 				     .exposure_ns = 3 * NS_PER_MS};
 	struct camera_mode lit;

@@ -12,6 +12,7 @@ struct camera_contract {
 	const char *base_dir;
 	enum pixel_format format; /* asked for and granted */
 	int64_t period_ns;        /* asked for; 0: the device's choice */
+	int width_px, height_px;  /* ... */
 	bool live;                /* frames bear the clock of now; else the times of a recording */
 	int frame_count;          /* frames to take; a recording has at least so many */
 };

@@ -1,0 +1,150 @@
+/*
+ * Finding a camera by its id or its sensor's model, and saying why not: not there, not permitted,
+ * not looked for because udev does not run.
+ */
+#include <errno.h>
+#include <glob.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "drivers/libcamera_device.h"
+
+#define MODEL_PREFIX "model="
+
+struct search {
+	const char *rest;
+	int count;
+	char id[128];  /* of the last that matches */
+	char all[500]; /* "platform/vimc.0 Sensor B (Sensor B), ..." for messages */
+};
+
+struct listing {
+	camera_found_fn *found;
+	void *user;
+};
+
+/* An id that an address cannot hold is not listed: it could not be opened by it. */
+static void tell(const char *id, const char *model, void *user)
+{
+	const struct listing *listing = user;
+	struct camera_info info = {0};
+
+	if (strlen(id) + sizeof("libcamera:") > sizeof(info.address))
+		return;
+	snprintf(info.address, sizeof(info.address), "libcamera:%s", id);
+	snprintf(info.model, sizeof(info.model), "%s", model);
+	listing->found(&info, listing->user);
+}
+
+int libcamera_list(camera_found_fn *found, void *user, struct diag *diag)
+{
+	struct listing listing = {found, user};
+
+	(void)diag;
+	libcamera_shim_list(tell, &listing);
+	return 0;
+}
+
+static void match(const char *id, const char *model, void *user)
+{
+	struct search *search = user;
+	size_t used = strlen(search->all);
+	bool by_model = strncmp(search->rest, MODEL_PREFIX, strlen(MODEL_PREFIX)) == 0;
+
+	snprintf(search->all + used, sizeof(search->all) - used, "%s%s%s%s%s", used ? ", " : "", id,
+		 *model ? " (" : "", model, *model ? ")" : "");
+	if (strcmp(by_model ? search->rest + strlen(MODEL_PREFIX) : search->rest,
+		   by_model ? model : id) != 0 ||
+	    strlen(id) >= sizeof(search->id))
+		return;
+	snprintf(search->id, sizeof(search->id), "%s", id);
+	search->count++;
+}
+
+/* libcamera passes over media devices that it may not open. */
+static bool is_forbidden(void)
+{
+	glob_t nodes;
+	bool forbidden = false;
+
+	if (glob("/dev/media[0-9]*", 0, NULL, &nodes))
+		return false;
+	for (size_t i = 0; i < nodes.gl_pathc; i++)
+		forbidden |= access(nodes.gl_pathv[i], R_OK | W_OK) && errno == EACCES;
+	globfree(&nodes);
+	return forbidden;
+}
+
+static int report_missing(const struct libcamera_at *at, const struct search *search,
+			  struct diag *diag)
+{
+	if (*search->all) {
+		diag_add(diag, "%s: no such camera; there are %s", at->address, search->all);
+		return -ENODEV;
+	}
+	if (is_forbidden()) {
+		diag_add(diag,
+			 "%s: permission denied on /dev/media*: join the device's group: usermod "
+			 "-aG video USER (stage-operator where stage is installed)",
+			 at->address);
+		return -EACCES;
+	}
+	if (access("/run/udev/control", F_OK)) {
+		diag_add(
+			diag,
+			"%s: udev does not run, and without it libcamera sees no camera: systemctl "
+			"start systemd-udevd, then udevadm trigger",
+			at->address);
+		return -ENODEV;
+	}
+	diag_add(diag,
+		 "%s: no such camera: libcamera sees none; is the sensor's driver loaded (dmesg), "
+		 "and libcamera-ipa installed?",
+		 at->address);
+	return -ENODEV;
+}
+
+int libcamera_fail(const struct libcamera_at *at, int error, const char *doing, struct diag *diag)
+{
+	const char *remedy = "LIBCAMERA_LOG_LEVELS=*:INFO in the environment makes libcamera say "
+			     "more, and dmesg the kernel";
+
+	if (error == -EACCES || error == -EPERM)
+		remedy = "join the device's group: usermod -aG video USER (stage-operator where "
+			 "stage is installed)";
+	else if (error == -EBUSY)
+		remedy = "another program uses it: end that (fuser -v /dev/media* names it)";
+	else if (error == -ENODEV)
+		remedy = "it is gone: connect it again";
+	else if (error == -ENOMEM || error == -ENOBUFS)
+		remedy = "no memory for its buffers: a smaller size, or more contiguous memory "
+			 "(cma=256M at boot)";
+	diag_add(diag, "%s: %s: %s; %s", at->address, doing, strerror(-error), remedy);
+	return error;
+}
+
+int libcamera_open_device(struct libcamera_at *out, const char *rest, struct diag *diag)
+{
+	struct libcamera_at at = {0};
+	struct search search = {.rest = rest};
+	int error;
+
+	snprintf(at.address, sizeof(at.address), "libcamera:%s", rest);
+	error = libcamera_shim_list(match, &search);
+	if (error < 0)
+		return libcamera_fail(&at, error, "open", diag);
+	if (search.count == 0)
+		return report_missing(&at, &search, diag);
+	if (search.count > 1) {
+		diag_add(diag, "%s: several cameras match: name one by its id: %s", at.address,
+			 search.all);
+		return -EINVAL;
+	}
+	snprintf(at.id, sizeof(at.id), "%s", search.id);
+	error = libcamera_shim_open(&at.device, at.id);
+	if (error)
+		return libcamera_fail(&at, error, "open", diag);
+	*out = at;
+	return 0;
+}
