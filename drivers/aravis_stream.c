@@ -17,6 +17,7 @@
 #define POOL_MIN 16
 #define PAGE_BYTES 4096
 #define RETENTION_US 20000u /* a frame with packets missing holds up the next ones */
+#define ASK_AGAIN_US 3000u  /* for a missing packet; Aravis' own 20 ms would be too late */
 #define RECEIVE_PRIORITY 55 /* above the capture threads, below the trigger */
 
 /* Gives Aravis the buffers that the capture thread is done with. Receive thread. */
@@ -136,7 +137,7 @@ static int create_stream(struct aravis_camera *camera, size_t payload_bytes, str
 			     "socket-buffer-size", -1, "packet-resend",
 			     aravis_resends(camera->device) ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS
 							    : ARV_GV_STREAM_PACKET_RESEND_NEVER,
-			     "frame-retention", RETENTION_US, NULL);
+			     "packet-timeout", ASK_AGAIN_US, "frame-retention", RETENTION_US, NULL);
 		aravis_widen_socket(camera->stream, camera->address, payload_bytes);
 	}
 	for (uint32_t i = 0; i < camera->slot_count; i++) {

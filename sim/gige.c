@@ -34,9 +34,11 @@ enum {
 	REGISTER_MODEL = 0x68,
 	REGISTER_INFO = 0xa8,
 	REGISTER_NAME = 0xe8,
+	REGISTER_CAPABILITY = 0x0934,
 	REGISTER_TIMESTAMP_CONTROL = 0x0944,
 	REGISTER_TIMESTAMP_HIGH = 0x0948,
 	REGISTER_TIMESTAMP_LOW = 0x094c,
+	CAPABILITY_RESEND = 4,
 	TIMESTAMP_LATCH = 2,
 };
 
@@ -62,7 +64,7 @@ struct gige_stage {
 	int64_t epoch_ns;
 	int width_px, height_px;
 	uint32_t camera_count;
-	double lost_ratio;
+	bool resend;
 	atomic_bool stopping;
 	struct gige_camera cameras[CAMERA_MAX];
 };
@@ -307,6 +309,8 @@ static void write_registers(struct gige_camera *camera)
 	arv_fake_camera_write_register(r, ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, 1);
 	arv_fake_camera_write_register(r, ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOURCE, 1);
 	arv_fake_camera_write_register(r, ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOFTWARE, 1);
+	if (stage->resend)
+		arv_fake_camera_write_register(r, REGISTER_CAPABILITY, CAPABILITY_RESEND);
 	arv_fake_camera_set_trigger_frequency(r, POLL_RATE_HZ);
 	arv_fake_camera_set_fill_pattern(r, expose, camera);
 }
@@ -327,18 +331,18 @@ static int start_camera(struct gige_camera *camera, const char *xml_path, struct
 			 camera->address, camera->address);
 		return -EADDRNOTAVAIL;
 	}
-	g_object_set(camera->device, "gvsp-lost-ratio", camera->stage->lost_ratio, NULL);
 	camera->registers = arv_gv_fake_camera_get_fake_camera(camera->device);
 	write_registers(camera);
 	return 0;
 }
 
-int gige_stage_start(struct gige_stage *stage, struct diag *diag)
+int gige_stage_start(struct gige_stage *stage, bool resend, struct diag *diag)
 {
 	char xml_path[] = "/tmp/stage-sim-gige-XXXXXX";
 	int error = write_genicam(stage, xml_path, diag);
 
 	stage->stopping = false;
+	stage->resend = resend;
 	for (uint32_t i = 0; i < stage->camera_count && !error; i++)
 		error = start_camera(&stage->cameras[i], xml_path, diag);
 	unlink(xml_path);
@@ -386,11 +390,6 @@ void gige_stage_latch(struct gige_stage *stage, int control_fd, int64_t packet_n
 	arv_fake_camera_write_register(camera->registers, REGISTER_TIMESTAMP_LOW,
 				       (guint32)packet_ns);
 	arv_fake_camera_write_register(camera->registers, REGISTER_TIMESTAMP_CONTROL, 0);
-}
-
-void gige_stage_lose_packets(struct gige_stage *stage, double ratio)
-{
-	stage->lost_ratio = ratio;
 }
 
 struct gige_counts gige_stage_counts(const struct gige_stage *stage)

@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/diag.h"
@@ -25,18 +26,16 @@ int gige_stage_create(struct gige_stage **out, const struct sim_scene *scene, in
 		      const char *first_address, struct diag *diag);
 void gige_stage_destroy(struct gige_stage *stage); /* accepts NULL; stops it first */
 
-/* Opens every camera's control port: from here on receivers find and start them. Returns 0, or a
- * negative errno with one message per camera that cannot be served; then none is. */
-int gige_stage_start(struct gige_stage *stage, struct diag *diag);
+/* Opens every camera's control port: from here on receivers find and start them. They say that they
+ * `resend` lost packets, or that they do not. Returns 0, or a negative errno with one message per
+ * camera that cannot be served; then none is. */
+int gige_stage_start(struct gige_stage *stage, bool resend, struct diag *diag);
 void gige_stage_stop(struct gige_stage *stage);
 
 /* The camera whose control port is `control_fd` has just answered a packet that came at
  * `packet_ns`: if that asked it to latch its clock, which is CLOCK_MONOTONIC, this is what it
  * shows. */
 void gige_stage_latch(struct gige_stage *stage, int control_fd, int64_t packet_ns);
-
-/* A fault to be played: this share of all packets gets lost on the way. Before start. */
-void gige_stage_lose_packets(struct gige_stage *stage, double ratio);
 
 struct gige_counts gige_stage_counts(const struct gige_stage *stage); /* any thread */
 void gige_stage_image_size(const struct gige_stage *stage, int *width_px, int *height_px);

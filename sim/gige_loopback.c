@@ -3,7 +3,10 @@
  */
 #include "sim/gige_loopback.h"
 
+#include "sim/gige_losses.h"
+
 #include <arpa/inet.h>
+#include <dlfcn.h>
 #include <errno.h>
 #include <ifaddrs.h>
 #include <net/if.h>
@@ -17,6 +20,7 @@
 
 #include "base/clock.h"
 
+#define GVCP_PORT 3956
 #define NS_PER_BYTE 3.2                 /* of a 2.5 Gbit/s link */
 #define PACE_SLACK_NS (200 * NS_PER_US) /* sent ahead of the link before the sender waits */
 #define PIXEL_PACKET_BYTES 576u         /* larger packets carry pixels */
@@ -58,6 +62,7 @@ __attribute__((visibility("default"))) void freeifaddrs(struct ifaddrs *list)
 	(void)list;
 }
 
+static _Thread_local int control_fd = -1; /* of the camera whose thread this is */
 static gige_answered_fn *watcher;
 static void *watcher_user;
 
@@ -74,6 +79,7 @@ __attribute__((visibility("default"))) gint g_poll(GPollFD *fds, guint count, gi
 {
 	static _Thread_local int64_t packet_ns;
 
+	control_fd = count ? fds[0].fd : -1;
 	if (packet_ns && watcher && count)
 		watcher(watcher_user, fds[0].fd, packet_ns);
 	int ready = poll((struct pollfd *)fds, count, timeout_ms == 0 ? 0 : 1);
@@ -108,6 +114,48 @@ static void pace(gsize size_bytes)
 		clock_sleep_until(link_free_ns);
 }
 
+/* Pictures leave from a socket of their own. */
+static bool is_stream(int fd)
+{
+	static _Thread_local int last_fd = -1;
+	static _Thread_local bool last;
+	struct sockaddr_in local = {0};
+	socklen_t size = sizeof(local);
+
+	if (fd != last_fd) {
+		getsockname(fd, (struct sockaddr *)&local, &size);
+		last = ntohs(local.sin_port) != GVCP_PORT;
+		last_fd = fd;
+	}
+	return last;
+}
+
+typedef gssize receive_message_fn(GSocket *, GSocketAddress **, GInputVector *, gint,
+				  GSocketControlMessage ***, gint *, gint *, GCancellable *,
+				  GError **);
+
+/* The fake camera reads one command a picture: those that ask for lost packets, of which it knows
+ * nothing, are answered here, and the next one is read in their place. */
+__attribute__((visibility("default"))) gssize
+g_socket_receive_message(GSocket *socket, GSocketAddress **from, GInputVector *vectors, gint count,
+			 GSocketControlMessage ***messages, gint *message_count, gint *flags,
+			 GCancellable *cancellable, GError **error)
+{
+	static receive_message_fn *next;
+	gssize size;
+
+	if (!next)
+		*(void **)&next = dlsym(RTLD_NEXT, "g_socket_receive_message");
+	for (;;) {
+		size = next(socket, from, vectors, count, messages, message_count, flags,
+			    cancellable, error);
+		if (size <= 0 || !gige_losses_asked(vectors[0].buffer, (size_t)size))
+			return size;
+		if (from)
+			g_clear_object(from);
+	}
+}
+
 __attribute__((visibility("default"))) gssize
 g_socket_send_to(GSocket *socket, GSocketAddress *address, const gchar *bytes, gsize size_bytes,
 		 GCancellable *cancellable, GError **error)
@@ -117,8 +165,11 @@ g_socket_send_to(GSocket *socket, GSocketAddress *address, const gchar *bytes, g
 
 	(void)cancellable;
 	if (g_socket_address_to_native(address, &to, sizeof(to), error)) {
-		sent = sendto(g_socket_get_fd(socket), bytes, size_bytes, 0, (struct sockaddr *)&to,
-			      sizeof(to));
+		int fd = g_socket_get_fd(socket);
+
+		if (is_stream(fd) && gige_losses_take(control_fd, fd, &to, bytes, size_bytes))
+			return (gssize)size_bytes;
+		sent = sendto(fd, bytes, size_bytes, 0, (struct sockaddr *)&to, sizeof(to));
 		if (sent < 0)
 			g_set_error_literal(error, G_IO_ERROR, g_io_error_from_errno(errno),
 					    g_strerror(errno));

@@ -15,6 +15,7 @@
 #include "base/clock.h"
 #include "sim/gige.h"
 #include "sim/gige_loopback.h"
+#include "sim/gige_losses.h"
 
 enum { EXIT_USAGE = 2 };
 
@@ -23,6 +24,7 @@ struct arguments {
 	int64_t epoch_ns;
 	const char *first_address;
 	double lost_ratio;
+	bool resend;
 	bool die_with_parent;
 };
 
@@ -35,6 +37,7 @@ static const char usage[] =
 	"  --epoch-ns NS         scene time 0 on CLOCK_MONOTONIC; default: now\n"
 	"  --first-address IP    of camera 0, the others follow; default 127.0.0.11\n"
 	"  --lost-packets RATIO  share of packets lost on the way; default 0\n"
+	"  --resend              lost packets are sent again to who asks for them\n"
 	"  --die-with-parent     end when the program that started this one does\n";
 
 static const struct option options[] = {
@@ -45,6 +48,7 @@ static const struct option options[] = {
 	{"epoch-ns", required_argument, NULL, 'e'},
 	{"first-address", required_argument, NULL, 'a'},
 	{"lost-packets", required_argument, NULL, 'l'},
+	{"resend", no_argument, NULL, 'n'},
 	{"die-with-parent", no_argument, NULL, 'p'},
 	{"help", no_argument, NULL, 'h'},
 	{NULL, 0, NULL, 0},
@@ -107,6 +111,9 @@ static void parse_arguments(struct arguments *a, int argc, char **argv)
 		case 'l':
 			a->lost_ratio = parse_number("lost-packets", optarg, 0, 1);
 			break;
+		case 'n':
+			a->resend = true;
+			break;
 		case 'p':
 			a->die_with_parent = true;
 			break;
@@ -158,13 +165,15 @@ static int run(const struct arguments *a, const sigset_t *ending, struct diag *d
 		error = gige_stage_create(&stage, scene, a->epoch_ns, a->first_address, diag);
 	}
 	if (!error) {
-		gige_stage_lose_packets(stage, a->lost_ratio);
 		gige_loopback_watch(watch, stage);
-		error = gige_stage_start(stage, diag);
+		error = gige_losses_begin(a->lost_ratio, a->resend);
 	}
+	if (!error)
+		error = gige_stage_start(stage, a->resend, diag);
 	if (!error)
 		serve(stage, scene, a, ending);
 	gige_stage_destroy(stage);
+	gige_losses_end();
 	sim_scene_destroy(scene);
 	return error;
 }

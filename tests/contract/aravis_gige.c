@@ -20,9 +20,8 @@
 #include <unistd.h>
 
 #include "base/clock.h"
-#include "drivers/aravis.h"
 #include "sim/render.h"
-#include "tests/contract/gige_child.h"
+#include "tests/contract/gige_camera.h"
 
 #define SEED 5
 #define RATE_HZ 100.0
@@ -77,41 +76,6 @@ static int tear_down(void **state)
 	return 0;
 }
 
-static struct camera *open_camera(const struct gige_child *child, uint32_t index)
-{
-	struct camera *camera = NULL;
-	struct diag diag = {0};
-	char address[16];
-
-	gige_child_address(child, index, address);
-	int error = driver->open(&camera, address, NULL, &diag);
-
-	diag_print(&diag, stderr);
-	diag_finish(&diag);
-	assert_int_equal(error, 0);
-	return camera;
-}
-
-static struct camera_mode start_camera(struct camera *camera, bool triggered)
-{
-	struct camera_mode wanted = {.format = PIXEL_GREY8, .triggered = triggered}, granted;
-	struct diag diag = {0};
-	int error = driver->configure(camera, &wanted, &granted, &diag);
-
-	if (!error)
-		error = driver->start(camera, &diag);
-	diag_print(&diag, stderr);
-	diag_finish(&diag);
-	assert_int_equal(error, 0);
-	return granted;
-}
-
-static void stop_camera(struct camera *camera)
-{
-	driver->stop(camera);
-	driver->close(camera);
-}
-
 static uint64_t shot_of(const struct fixture *f, const struct frame *frame)
 {
 	int64_t period_ns = sim_scene_period_ns(f->scene);
@@ -144,8 +108,8 @@ static void check_frame(const struct fixture *f, struct sim_renderer *truth,
 static void frames_are_bit_exact_in_sequence_and_on_time(void **state)
 {
 	struct fixture *f = *state;
-	struct camera *camera = open_camera(&f->child, 1);
-	struct camera_mode mode = start_camera(camera, true);
+	struct camera *camera = gige_camera_open(&f->child, 1);
+	struct camera_mode mode = gige_camera_start(camera, true);
 	struct sim_renderer *truth;
 	uint64_t offset = 0;
 
@@ -167,7 +131,7 @@ static void frames_are_bit_exact_in_sequence_and_on_time(void **state)
 			assert_true(frame.device_seq > 65535);
 	}
 	sim_renderer_destroy(truth);
-	stop_camera(camera);
+	gige_camera_stop(camera);
 }
 
 /* Reads one frame of every camera and marks its shot, from `base` on, with the camera's bit. */
@@ -193,8 +157,8 @@ static void all_cameras_show_the_same_shots(void **state)
 	int complete = 0;
 
 	for (uint32_t i = 0; i < 4; i++) {
-		cameras[i] = open_camera(&f->child, i);
-		start_camera(cameras[i], i % 2 == 0); /* wired to the pulse either way */
+		cameras[i] = gige_camera_open(&f->child, i);
+		gige_camera_start(cameras[i], i % 2 == 0); /* wired to the pulse either way */
 	}
 	uint64_t base = (uint64_t)((clock_now_ns() - f->epoch_ns) / sim_scene_period_ns(f->scene));
 
@@ -203,18 +167,18 @@ static void all_cameras_show_the_same_shots(void **state)
 	for (int i = 0; i < SHOTS; i++)
 		complete += seen[i] == 0xf;
 	for (uint32_t i = 0; i < 4; i++)
-		stop_camera(cameras[i]);
+		gige_camera_stop(cameras[i]);
 	assert_in_range(complete, 40, 100);
 }
 
 static void camera_starts_again_after_a_stop(void **state)
 {
 	struct fixture *f = *state;
-	struct camera *camera = open_camera(&f->child, 0);
+	struct camera *camera = gige_camera_open(&f->child, 0);
 	struct frame frame;
 
 	for (int i = 0; i < 3; i++) {
-		start_camera(camera, true);
+		gige_camera_start(camera, true);
 		assert_int_equal(driver->acquire(camera, WAIT_NS, &frame), 0);
 		driver->release(camera, &frame);
 		driver->stop(camera);
@@ -227,13 +191,13 @@ static void camera_starts_again_after_a_stop(void **state)
 static void stalled_reader_recovers_and_its_loss_shows(void **state)
 {
 	struct fixture *f = *state;
-	struct camera *camera = open_camera(&f->child, 2);
+	struct camera *camera = gige_camera_open(&f->child, 2);
 	struct sim_renderer *truth;
 	uint64_t first_seq = 0;
 	int whole = 0, damaged = 0;
 	struct frame frame;
 
-	start_camera(camera, true);
+	gige_camera_start(camera, true);
 	assert_int_equal(sim_renderer_create(&truth, f->scene, 2, SIM_NOISE_FAST), 0);
 	clock_sleep_until(clock_now_ns() + NS_PER_S);
 	while (whole < 60) {
@@ -250,7 +214,7 @@ static void stalled_reader_recovers_and_its_loss_shows(void **state)
 	}
 	assert_true(frame.device_seq - first_seq > 80);
 	sim_renderer_destroy(truth);
-	stop_camera(camera);
+	gige_camera_stop(camera);
 }
 
 /* What a released frame's place holds changes while nobody acquires: the receiver writes there, so
@@ -258,8 +222,8 @@ static void stalled_reader_recovers_and_its_loss_shows(void **state)
 static void frames_are_lent_where_the_receiver_put_them(void **state)
 {
 	struct fixture *f = *state;
-	struct camera *camera = open_camera(&f->child, 3);
-	struct camera_mode mode = start_camera(camera, true);
+	struct camera *camera = gige_camera_open(&f->child, 3);
+	struct camera_mode mode = gige_camera_start(camera, true);
 	size_t size_bytes = (size_t)mode.width_px * (size_t)mode.height_px;
 	uint8_t *before = malloc(size_bytes);
 	struct frame frame, other;
@@ -276,7 +240,7 @@ static void frames_are_lent_where_the_receiver_put_them(void **state)
 	assert_memory_not_equal(before, place, size_bytes);
 	free(before);
 	driver->release(camera, &other);
-	stop_camera(camera);
+	gige_camera_stop(camera);
 }
 
 /* Opens, expects `error`, and finds each of the words in the one message. */
@@ -307,7 +271,7 @@ static void address_without_a_camera_is_named(void **state)
 static void format_that_it_has_not_is_refused(void **state)
 {
 	struct fixture *f = *state;
-	struct camera *camera = open_camera(&f->child, 0);
+	struct camera *camera = gige_camera_open(&f->child, 0);
 	struct camera_mode wanted = {.format = PIXEL_RGB8}, granted = {.width_px = -1};
 	struct diag diag = {0};
 
@@ -363,11 +327,11 @@ static void second_simulator_on_an_address_is_refused(void **state)
 static void damaged_frames_are_refused_and_whole_ones_are_right(void **state)
 {
 	struct fixture *f = *state;
-	struct camera *camera = open_camera(&f->lossy, 0);
+	struct camera *camera = gige_camera_open(&f->lossy, 0);
 	struct sim_renderer *truth;
 	int damaged = 0, whole = 0;
 
-	start_camera(camera, true);
+	gige_camera_start(camera, true);
 	assert_int_equal(sim_renderer_create(&truth, f->scene, 0, SIM_NOISE_FAST), 0);
 	while (damaged + whole < 100) {
 		struct frame frame;
@@ -381,21 +345,16 @@ static void damaged_frames_are_refused_and_whole_ones_are_right(void **state)
 		check_frame(f, truth, &frame);
 		driver->release(camera, &frame);
 	}
-	struct camera_count counts[CAMERA_COUNT_MAX];
-	int count = driver->counts(camera, counts), failures = 0;
-
-	for (int i = 0; i < count; i++)
-		failures += strcmp(counts[i].name, "failures") == 0 ? (int)counts[i].count : 0;
-	assert_true(failures >= damaged);
+	assert_true(gige_camera_count(camera, "failures") >= damaged);
 	assert_in_range(damaged, 3, 50); /* 84 packets a frame: 15 are expected */
 	sim_renderer_destroy(truth);
-	stop_camera(camera);
+	gige_camera_stop(camera);
 }
 
 static void second_receiver_is_told_that_the_camera_is_busy(void **state)
 {
 	struct fixture *f = *state;
-	struct camera *camera = open_camera(&f->lossy, 3);
+	struct camera *camera = gige_camera_open(&f->lossy, 3);
 	char address[16];
 
 	gige_child_address(&f->lossy, 3, address);
@@ -422,11 +381,11 @@ static int64_t gone_after_ns(struct camera *camera, int64_t since_ns)
 static void unplugged_camera_is_soon_gone_and_keeps_nobody_waiting(void **state)
 {
 	struct fixture *f = *state;
-	struct camera *camera = open_camera(&f->child, 0);
+	struct camera *camera = gige_camera_open(&f->child, 0);
 	struct sim_renderer *truth;
 	struct frame frame;
 
-	start_camera(camera, true);
+	gige_camera_start(camera, true);
 	assert_int_equal(sim_renderer_create(&truth, f->scene, 0, SIM_NOISE_FAST), 0);
 	clock_sleep_until(clock_now_ns() + NS_PER_S / 5);
 	gige_child_end(&f->child, SIGKILL);
@@ -438,7 +397,7 @@ static void unplugged_camera_is_soon_gone_and_keeps_nobody_waiting(void **state)
 	assert_in_range(gone_after_ns(camera, unplugged_ns), 0, GONE_WITHIN_NS);
 	int64_t gone_ns = clock_now_ns();
 
-	stop_camera(camera);
+	gige_camera_stop(camera);
 	assert_in_range(clock_now_ns() - gone_ns, 0, STOP_WITHIN_NS);
 	sim_renderer_destroy(truth);
 }
@@ -447,14 +406,14 @@ static void unplugged_camera_is_soon_gone_and_keeps_nobody_waiting(void **state)
 static void silent_camera_is_soon_gone(void **state)
 {
 	struct fixture *f = *state;
-	struct camera *camera = open_camera(&f->lossy, 1);
+	struct camera *camera = gige_camera_open(&f->lossy, 1);
 
-	start_camera(camera, true);
+	gige_camera_start(camera, true);
 	kill(f->lossy.pid, SIGSTOP);
 	int64_t after_ns = gone_after_ns(camera, clock_now_ns());
 
 	kill(f->lossy.pid, SIGCONT);
-	stop_camera(camera);
+	gige_camera_stop(camera);
 	assert_in_range(after_ns, 0, GONE_WITHIN_NS);
 }
 
