@@ -19,6 +19,7 @@
 #define SIGMA_MAX_M 0.010
 #define FRESH_SIGMA_M 0.004 /* of a face against its neutral layout */
 #define OFFSET_FADE_S 0.5   /* an own offset from the neighbours is forgotten */
+#define SHIFT_SIGMA 1.5     /* a neighbour's own motion is at most so much vaguer */
 #define PRIOR_SPREAD 0.2    /* of the distance between two neighbours */
 #define SMALL_M2                                                                        \
 	(0.005 * 0.005) /* of a displacement: what is left is no share of a smaller one \
@@ -284,9 +285,11 @@ int predict_told(const struct tracker_state *state, const struct label_state *la
 	return count;
 }
 
-/* How the neighbours differ from their own predictions says how this one will. */
+/* How the neighbours differ from their own predictions says how this one will; one that is only
+ * just back differs by what it did meanwhile. */
 static bool neighbours_shift(const struct label_state *label, const struct predictions *motion,
-			     const bool *seen, const struct vec3 *seen_m, struct vec3 *shift_m)
+			     struct prediction own, const bool *seen, const struct vec3 *seen_m,
+			     struct vec3 *shift_m)
 {
 	struct vec3 sum = {0, 0, 0};
 	double weight = 0;
@@ -295,7 +298,8 @@ static bool neighbours_shift(const struct label_state *label, const struct predi
 	for (int k = 0; k < label->neighbour_count; k++) {
 		int other = label->neighbours[k].label;
 
-		if (!seen[other] || !motion->labels[other].recent)
+		if (!seen[other] || !motion->labels[other].recent ||
+		    motion->labels[other].sigma_m > SHIFT_SIGMA * own.sigma_m)
 			continue;
 		double w = 1 / label->neighbours[k].leaves;
 		struct vec3 moved = vec3_sub(seen_m[other], motion->labels[other].local_m);
@@ -315,7 +319,7 @@ static struct prediction refine_recent(const struct label_state *label,
 {
 	struct vec3 shift_m;
 
-	if (neighbours_shift(label, motion, seen, seen_m, &shift_m)) {
+	if (neighbours_shift(label, motion, own, seen, seen_m, &shift_m)) {
 		own.local_m = vec3_add(own.local_m, shift_m);
 		own.sigma_m = SIGMA_MIN_M + label->noise_m + 0.4 * own.sigma_m;
 	}
