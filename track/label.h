@@ -41,9 +41,12 @@ struct labelling {
 void label_points(struct labelling *labelling, const struct tracker_state *state,
 		  const struct point *points, uint32_t point_count, int64_t now_ns);
 
-/* Whether a label that has no name yet may be given it: its neighbours agree, and no unexplained
- * point nearby says that the whole neighbourhood may be read wrongly. */
+/* Whether its neighbours agree with the place of a label that has no name yet. */
 bool label_is_clear(const struct labelling *labelling, const struct tracker_state *state,
+		    uint32_t label);
+
+/* No unexplained point nearby says that the whole neighbourhood may be read wrongly. */
+bool label_is_alone(const struct labelling *labelling, const struct tracker_state *state,
 		    uint32_t label);
 
 /* A label without a point could be meant by this one's. */

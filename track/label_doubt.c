@@ -219,6 +219,14 @@ bool label_is_told(const struct labelling *l, const struct tracker_state *state,
 	       !label_has_rival(l, state, label);
 }
 
+bool label_is_alone(const struct labelling *l, const struct tracker_state *state, uint32_t label)
+{
+	const struct label_state *own = &state->labels[label];
+
+	return own->kind != LABEL_SKIN ||
+	       !unexplained_near(l, state, label, l->seen_m[label], HINT_SHARE * own->spacing_m);
+}
+
 bool label_is_clear(const struct labelling *l, const struct tracker_state *state, uint32_t label)
 {
 	const struct label_state *own = &state->labels[label];
@@ -236,9 +244,8 @@ bool label_is_clear(const struct labelling *l, const struct tracker_state *state
 		return false;
 	/* a neighbourhood that is read one marker aside agrees with itself, but not with its rest
 	 */
-	if (!neighbours_hold(l, state, own) &&
-	    (off_m > CLEAR_M || vec3_distance(vec3_add(own->rest_m, own->lean_m), seen_m) >
-					REST_SHARE * own->spacing_m + sqrt(own->rest_variance_m2)))
-		return false;
-	return !unexplained_near(l, state, label, seen_m, HINT_SHARE * own->spacing_m);
+	return neighbours_hold(l, state, own) ||
+	       (off_m <= CLEAR_M &&
+		vec3_distance(vec3_add(own->rest_m, own->lean_m), seen_m) <=
+			REST_SHARE * own->spacing_m + sqrt(own->rest_variance_m2));
 }

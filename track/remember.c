@@ -48,7 +48,8 @@ static bool is_at_rest(const struct labelling *l, const struct label_state *labe
 }
 
 /* A name is given at once where it is clear, else when it has held for a while; from nothing only
- * where the reading comes out even, or has held for long. */
+ * where the reading comes out even, or has held for long. A stray light beside a marker at rest,
+ * and no label that could mean it, hints at nothing. */
 static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 			const struct leftovers *leftovers, const struct point *point, uint32_t i,
 			bool jumped, int64_t now_ns)
@@ -56,8 +57,10 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 	struct label_state *label = &state->labels[i];
 	if (point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_told(l, state, i))
 		return true;
-	bool clear =
-		point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_clear(l, state, i);
+	enum reading reading = first_names_read(state, l, leftovers, i);
+	bool rests = reading == READING_EVEN && is_at_rest(l, label, i);
+	bool clear = point->fix.used_count >= 3 && !wear_is_gone(label) &&
+		     label_is_clear(l, state, i) && (rests || label_is_alone(l, state, i));
 
 	if (jumped)
 		label->steady_since_ns = 0;
@@ -69,7 +72,6 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 	bool known = label->confirmed && (double)(now_ns - label->seen_ns) * 1e-9 < KNOWN_S;
 	if (label->kind != LABEL_SKIN || known || first_names_enclosed(state, l, leftovers, i))
 		return clear || steady_s > (label->kind == LABEL_BODY ? STEADY_BODY_S : STEADY_S);
-	enum reading reading = first_names_read(state, l, leftovers, i);
 	if (clear &&
 	    (reading == READING_EVEN || (reading == READING_UNEVEN && is_at_rest(l, label, i))))
 		return true;
