@@ -101,3 +101,25 @@ def test_a_camera_that_another_program_has_is_busy(start, cameras, v4l2_config):
     done = ctl(cameras, "camera", "show", "v4l2:serial=B2")
     assert done.returncode == 4
     assert "busy" in done.stderr and "another program" in done.stderr
+
+
+def test_watching_the_list_names_arrivals_and_departures(cameras, v4l2_config):
+    assert v4l2_config.exists()
+    with subprocess.Popen([os.environ["STAGECTL"], "camera", "list", "--watch", "--json",
+                           "--seconds", "30"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True, env={**os.environ, **cameras.environment}) as watch:
+        def await_event(event, address):
+            for line in watch.stdout:
+                told = json.loads(line)
+                if (told["event"], told["address"]) == (event, address):
+                    return
+            raise AssertionError(f"{address}: {event} was not told")
+
+        await_event("present", "v4l2:serial=B2")
+        cameras.unplug(0)
+        await_event("departed", "v4l2:serial=A1")
+        cameras.plug(5, "A1", card="Left", formats="GREY")
+        await_event("arrived", "v4l2:serial=A1")
+        watch.terminate()
+        assert watch.wait(5) == 0
+        assert os.path.exists("/run/udev/control") or "no udev" in watch.stderr.read()
