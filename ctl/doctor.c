@@ -11,6 +11,7 @@
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
 #include "ctl/doctor_gather.h"
+#include "ctl/doctor_usb.h"
 
 #define SERVICE_DIR "/var/lib/stage"
 #define SERVICE_CONFIG "/etc/stage/stage.yaml"
@@ -23,6 +24,7 @@ static const struct {
 	{"real time", doctor_check_realtime},
 	{"clock", doctor_check_clock},
 	{"network", doctor_check_network},
+	{"USB", doctor_check_usb},
 	{"disk", doctor_check_disk},
 };
 
@@ -95,11 +97,14 @@ static const char *choose_dir(const char *named, const struct config *config)
 static int examine(struct doctor *doctor, struct stage *stage, const char *path,
 		   const char *directory)
 {
+	static struct usb_topology usb; /* large */
 	int code = path ? load(doctor, stage, path) : EXIT_CODE_OK;
 
 	if (code)
 		return code;
 	doctor_gather(&doctor->facts);
+	usb_topology_read(doctor, &usb);
+	doctor->facts.usb = &usb;
 	doctor->facts.recordings_dir = choose_dir(directory, doctor->config);
 	doctor_probe_disk(&doctor->facts);
 	run_checks(doctor);

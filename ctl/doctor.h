@@ -39,6 +39,8 @@ struct doctor_load {
 	double bytes_per_s;
 };
 
+struct usb_topology;
+
 /* What no file tells. */
 struct doctor_facts {
 	struct person asker;
@@ -46,6 +48,7 @@ struct doctor_facts {
 	double clock_read_ns;
 	double clock_slew_ppm; /* of CLOCK_MONOTONIC against its oscillator, by NTP */
 	bool utc_synchronised;
+	const struct usb_topology *usb;
 	const char *recordings_dir; /* where a disk is asked for */
 	uint64_t disk_free_bytes;
 	double disk_bytes_per_s; /* written there, measured; 0: could not be */
@@ -79,6 +82,7 @@ void doctor_print_json(const struct doctor *doctor);
 void doctor_check_permissions(struct doctor *doctor);
 void doctor_check_realtime(struct doctor *doctor);
 void doctor_check_clock(struct doctor *doctor);
+void doctor_check_usb(struct doctor *doctor);
 void doctor_check_disk(struct doctor *doctor);
 void doctor_check_network(struct doctor *doctor);
 

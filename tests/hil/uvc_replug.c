@@ -1,6 +1,6 @@
 /*
- * The v4l2 driver on the kernel's uvcvideo: uvc_replug CAMERA-PROGRAM PICTURES plugs emulated
- * cameras in and out. Truth is the files with the pictures.
+ * The v4l2 driver on the kernel's uvcvideo: uvc_replug CAMERA-PROGRAM PICTURES STAGECTL plugs
+ * emulated cameras in and out. Truth is the files with the pictures.
  */
 #include <errno.h>
 #include <setjmp.h>
@@ -22,7 +22,9 @@
 
 #define PATIENCE_S 10
 
-static const char *program, *pictures_dir;
+#define WATCH_PATIENCE_S 40 /* programs start slowly here */
+
+static const char *program, *pictures_dir, *stagectl;
 static struct pictures truth;
 static const struct camera_mode wanted = {.format = PIXEL_GREY8, .period_ns = NS_PER_S / 10};
 
@@ -184,20 +186,75 @@ static void a_stopped_camera_shows_nothing_old_when_it_starts_again(void **state
 	unplug(camera);
 }
 
+/* A running `stagectl camera list --watch`, and what it prints. */
+static pid_t start_watch(FILE **out)
+{
+	int ends[2];
+
+	assert_int_equal(pipe(ends), 0);
+	pid_t child = fork();
+
+	if (child == 0) {
+		dup2(ends[1], STDOUT_FILENO);
+		close(ends[0]);
+		close(ends[1]);
+		execl(stagectl, stagectl, "camera", "list", "--watch", "--json", (char *)NULL);
+		_exit(127);
+	}
+	assert_true(child > 0);
+	close(ends[1]);
+	*out = fdopen(ends[0], "r");
+	assert_non_null(*out);
+	return child;
+}
+
+/* Until it says that `address` did so. */
+static void await_event(FILE *watch, const char *event, const char *address)
+{
+	char line[512];
+
+	alarm(WATCH_PATIENCE_S); /* ends the program: nothing else could be told */
+	do
+		assert_non_null(fgets(line, sizeof(line), watch));
+	while (!strstr(line, event) || !strstr(line, address));
+	alarm(0);
+}
+
+static void watching_the_list_names_departures_and_arrivals(void **state)
+{
+	pid_t camera = plug_in("0", "A1");
+	FILE *watch;
+
+	(void)state;
+	await("A1");
+	pid_t watcher = start_watch(&watch);
+
+	await_event(watch, "present", "v4l2:serial=A1");
+	unplug(camera);
+	await_event(watch, "departed", "v4l2:serial=A1");
+	camera = plug_in("0", "A1");
+	await_event(watch, "arrived", "v4l2:serial=A1");
+	unplug(camera);
+	unplug(watcher);
+	fclose(watch);
+}
+
 int main(int argc, char **argv)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(pictures_arrive_to_the_bit_and_in_order),
 		cmocka_unit_test(an_unplugged_camera_is_gone_and_found_by_its_serial_number),
 		cmocka_unit_test(a_stopped_camera_shows_nothing_old_when_it_starts_again),
+		cmocka_unit_test(watching_the_list_names_departures_and_arrivals),
 	};
 
-	if (argc != 3) {
-		fprintf(stderr, "usage: %s CAMERA-PROGRAM PICTURES\n", argv[0]);
+	if (argc != 4) {
+		fprintf(stderr, "usage: %s CAMERA-PROGRAM PICTURES STAGECTL\n", argv[0]);
 		return EXIT_FAILURE;
 	}
 	program = argv[1];
 	pictures_dir = argv[2];
+	stagectl = argv[3];
 	if (pictures_load(&truth, pictures_dir))
 		return EXIT_FAILURE;
 	cmocka_set_message_output(CM_OUTPUT_TAP);
