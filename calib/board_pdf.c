@@ -22,6 +22,8 @@ static int write_sheet(const char *path, const struct board_sheet *sheet,
 							    sheet->height_m * POINTS_PER_M);
 	cairo_t *cairo = cairo_create(surface);
 
+	/* what every printer reads, and the size of the page is plain text */
+	cairo_pdf_surface_restrict_to_version(surface, CAIRO_PDF_VERSION_1_4);
 	cairo_scale(cairo, POINTS_PER_M, POINTS_PER_M);
 	board_sheet_draw(cairo, sheet, pattern);
 	cairo_destroy(cairo);

@@ -98,12 +98,13 @@ static void fill_views(struct problem *p, const struct observations *o, const bo
 	}
 }
 
-/* A seed has a focal length and a middle; the optimiser wants gradients. */
+/* A seed has a focal length and a middle; the optimiser wants gradients. CAHVORE, which has them
+ * from mrcal 2.4 on, could not be read back. */
 static bool lens_can_be_solved(const mrcal_lensmodel_t *lens)
 {
 	mrcal_lensmodel_metadata_t meta = mrcal_lensmodel_metadata(lens);
 
-	return meta.has_core && meta.has_gradients;
+	return meta.has_core && meta.has_gradients && lens->type != MRCAL_LENSMODEL_CAHVORE;
 }
 
 int problem_init(struct problem *problem, const struct observations *observations, const bool *used,

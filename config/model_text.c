@@ -214,20 +214,18 @@ static bool spline_is_sane(const mrcal_lensmodel_t *lens)
 static bool check_lens(struct reader *r, mrcal_lensmodel_t *lens)
 {
 	char what[400];
+	mrcal_lensmodel_type_t type = mrcal_lensmodel_type_from_name(r->lens_name);
 
-	switch (mrcal_lensmodel_type_from_name(r->lens_name)) {
-	case MRCAL_LENSMODEL_CAHVORE:
+	if (type == MRCAL_LENSMODEL_CAHVORE) {
 		complain(r, "lensmodel",
 			 "CAHVORE cannot be inverted; convert it with mrcal-convert-lensmodel");
 		return false;
-	case MRCAL_LENSMODEL_INVALID:
-	case MRCAL_LENSMODEL_INVALID_BADCONFIG:
+	}
+	if (!mrcal_lensmodel_type_is_valid(type)) {
 		snprintf(what, sizeof(what), "unknown model '%.64s', expected " LENS_NAMES,
 			 r->lens_name);
 		complain(r, "lensmodel", what);
 		return false;
-	default:
-		break;
 	}
 	if (mrcal_lensmodel_from_name(lens, r->lens_name) &&
 	    (lens->type != MRCAL_LENSMODEL_SPLINED_STEREOGRAPHIC || spline_is_sane(lens)))

@@ -161,7 +161,8 @@ static struct yaml_place place_of(struct fy_node *node, struct yaml_place otherw
 	struct fy_token *token = node ? fy_node_get_scalar_token(node) : NULL;
 	const struct fy_mark *mark = token ? fy_token_start_mark(token) : NULL;
 
-	if (!mark)
+	/* where nothing stands, versions of the library differ */
+	if (!mark || (fy_node_get_style(node) == FYNS_PLAIN && !fy_token_get_text_length(token)))
 		return otherwise;
 	/* the mark stands behind a quote or an asterisk */
 	bool marked = fy_node_get_style(node) == FYNS_ALIAS ||

@@ -101,7 +101,7 @@ static void other_lens_models_are_solved_for(void **state)
 	wave_finish(&waved);
 }
 
-static void lenses_without_gradients_are_refused(void **state)
+static void lenses_that_cannot_serve_are_refused(void **state)
 {
 	(void)state;
 	static const char *const LENSES[] = {"LENSMODEL_CAHVORE_linearity=0.5", "LENSMODEL_CAHVORE",
@@ -338,7 +338,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_waved_board_gives_the_rig_back),
 		cmocka_unit_test(other_lens_models_are_solved_for),
-		cmocka_unit_test(lenses_without_gradients_are_refused),
+		cmocka_unit_test(lenses_that_cannot_serve_are_refused),
 		cmocka_unit_test(the_same_views_in_any_order_give_the_same_bytes),
 		cmocka_unit_test(corners_far_off_are_left_out),
 		cmocka_unit_test(views_that_contradict_the_others_are_refused),
