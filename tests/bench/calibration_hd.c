@@ -63,7 +63,7 @@ static int load_solved(struct rig *rig, const struct waved *waved, const struct 
 		err = rig_load(rig, dir, (const char(*)[NAME_BYTES])names, waved->camera_count,
 			       NULL);
 	for (uint32_t c = 0; c < waved->camera_count; c++) {
-		snprintf(path, sizeof(path), "%s/%s.cameramodel", dir, names[c]);
+		snprintf(path, sizeof(path), "%s/%.*s.cameramodel", dir, NAME_BYTES - 1, names[c]);
 		unlink(path);
 	}
 	snprintf(path, sizeof(path), "%s/rig.yaml", dir);
