@@ -184,6 +184,8 @@ static const struct yaml_key keys[] = {
 	{"tracking", YAML_CUSTOM, .read = read_tracking},
 	{"sim", YAML_CUSTOM, .read = read_sim},
 	{"calibration", YAML_CUSTOM, .read = read_calibration},
+	{"strobe_one_shot_us", NUMBER(YAML_MICROS, strobe_one_shot_ns, 1, 1e6, "microseconds")},
+	{"strobe_pull_down", YAML_BOOL, .offset = AT(strobe_pull_down)},
 	{0},
 };
 

@@ -44,6 +44,8 @@ struct config {
 	char trigger[256];                    /* address; default "free" */
 	struct trigger_plan plan;             /* period from rate_hz (default 120) */
 	struct trigger_plan calibration_plan; /* while calibrating */
+	int64_t strobe_one_shot_ns;           /* of its hardware, as the operator says; 0: unsaid */
+	bool strobe_pull_down;                /* ... has one, as the operator says */
 	uint32_t camera_count;
 	struct config_camera cameras[CAMERA_MAX];
 	char masks_path[PATH_MAX]; /* "" for none */

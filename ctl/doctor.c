@@ -26,6 +26,7 @@ static const struct {
 	{"network", doctor_check_network},
 	{"USB", doctor_check_usb},
 	{"disk", doctor_check_disk},
+	{"strobe", doctor_check_strobe},
 };
 
 static void run_checks(struct doctor *doctor)

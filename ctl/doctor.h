@@ -82,6 +82,7 @@ void doctor_print_json(const struct doctor *doctor);
 void doctor_check_permissions(struct doctor *doctor);
 void doctor_check_realtime(struct doctor *doctor);
 void doctor_check_clock(struct doctor *doctor);
+void doctor_check_strobe(struct doctor *doctor);
 void doctor_check_usb(struct doctor *doctor);
 void doctor_check_disk(struct doctor *doctor);
 void doctor_check_network(struct doctor *doctor);

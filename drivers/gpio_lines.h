@@ -31,6 +31,10 @@ const char *gpio_chip_label(struct gpio_chip *chip);
 uint32_t gpio_chip_line_count(struct gpio_chip *chip);
 int gpio_chip_line(struct gpio_chip *chip, uint32_t offset, struct gpio_line_info *out);
 
+/* The level of a line that nobody uses, 0 or 1, as it is when nobody drives it: it is an input
+ * while it is asked. -EBUSY: somebody uses it. Control thread. */
+int gpio_line_level(struct gpio_chip *chip, uint32_t offset, const char *consumer);
+
 /* Lines that are set together; bit i of `levels` is the line offsets[i]. Requesting and releasing:
  * control thread. -EBUSY: another program has one of them. */
 int gpio_outputs_request(struct gpio_outputs **out, struct gpio_chip *chip, const char *consumer,

@@ -119,6 +119,19 @@ static int find_outputs_fd(void)
 	return found;
 }
 
+int gpio_line_level(struct gpio_chip *chip, uint32_t offset, const char *consumer)
+{
+	struct gpiod_line *line = gpiod_chip_get_line(chip->lib, offset);
+
+	if (!line || gpiod_line_request_input(line, consumer) < 0)
+		return -errno;
+	int level = gpiod_line_get_value(line);
+	int err = -errno;
+
+	gpiod_line_release(line);
+	return level < 0 ? err : level;
+}
+
 int gpio_outputs_request(struct gpio_outputs **out, struct gpio_chip *chip, const char *consumer,
 			 const uint32_t *offsets, uint32_t count, uint32_t levels)
 {

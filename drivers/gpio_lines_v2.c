@@ -119,6 +119,26 @@ done:;
 	return made;
 }
 
+int gpio_line_level(struct gpio_chip *chip, uint32_t offset, const char *consumer)
+{
+	struct gpiod_line_settings *settings = gpiod_line_settings_new();
+
+	if (!settings)
+		return -ENOMEM;
+	gpiod_line_settings_set_direction(settings, GPIOD_LINE_DIRECTION_INPUT);
+	struct gpiod_line_request *made = request(chip, consumer, &offset, 1, settings, NULL);
+	enum gpiod_line_value level =
+		made ? gpiod_line_request_get_value(made, offset) : GPIOD_LINE_VALUE_ERROR;
+	int err = -errno;
+
+	gpiod_line_settings_free(settings);
+	if (made)
+		gpiod_line_request_release(made);
+	if (level == GPIOD_LINE_VALUE_ERROR)
+		return err;
+	return level == GPIOD_LINE_VALUE_ACTIVE;
+}
+
 int gpio_outputs_request(struct gpio_outputs **out, struct gpio_chip *chip, const char *consumer,
 			 const uint32_t *offsets, uint32_t count, uint32_t levels)
 {
