@@ -231,7 +231,8 @@ static void unknown_keys_are_refused_with_a_suggestion(void **state)
 		"6:1: <<: unknown key; known here: rig, layout, layouts, cameras, trigger, "
 		"rate_hz, "
 		"exposure_us, ir_delay_us, strobe_delay_us, strobe_width_us, strobe_duty_max, hd, "
-		"socket_dir, masks, blobs, tracking, sim, calibration\n");
+		"socket_dir, masks, blobs, tracking, sim, calibration, strobe_one_shot_us, "
+		"strobe_pull_down\n");
 	expect_messages(HEAD CAMERAS "[a]: 3\n", "6:2: a key must be a plain word\n");
 }
 
