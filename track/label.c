@@ -165,6 +165,28 @@ static void read_expressions(struct labelling *l, const struct tracker_state *st
 	}
 }
 
+/* Where no marker's own motion tells which point it is, the face as a whole does. Returns the
+ * predictions to begin with. */
+static const struct predictions *lay_faces(struct labelling *l, const struct tracker_state *state,
+					   int64_t now_ns)
+{
+	for (uint32_t a = 0; a < state->actor_count; a++)
+		l->laid[a].known = false;
+	if (!far_apart(state))
+		return &l->motion;
+	memset(l->told, 0, sizeof(l->told));
+	for (uint32_t a = 0; a < state->actor_count; a++) {
+		if (!l->found[a] || l->motion.fresh[a])
+			continue;
+		expression_search(state, (int)a, now_ns, &l->nearby, &l->rt_stage_frame[a],
+				  &l->laid[a]);
+		if (l->laid[a].known)
+			expression_tell(state, (int)a, &l->laid[a].expression, NOBODY, l->told);
+	}
+	predict_from_face(&l->motion, l->told, &l->predictions);
+	return &l->predictions;
+}
+
 void label_points(struct labelling *l, const struct tracker_state *state,
 		  const struct point *points, uint32_t point_count, int64_t now_ns)
 {
@@ -177,7 +199,7 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 	l->assign.row_count = (int)state->label_count;
 	l->assign.column_count = (int)point_count;
 	l->assign.skip_cost = SKIP_COST;
-	fill_edges(l, state, &l->motion, true);
+	fill_edges(l, state, lay_faces(l, state, now_ns), true);
 	assign_solve(&l->assign);
 	label_put_in_order(l, state, points);
 	take_answer(l);

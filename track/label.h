@@ -9,6 +9,7 @@
 
 #include "track/assign.h"
 #include "track/expression.h"
+#include "track/expression_search.h"
 #include "track/match.h"
 #include "track/nearby.h"
 #include "track/predict.h"
@@ -24,6 +25,7 @@ struct labelling {
 	bool merged[POINT_MAX]; /* filled before: most views of the point show two markers as one */
 
 	struct assign assign;                     /* rows are labels, columns points */
+	struct expression_search laid[ACTOR_MAX]; /* where shots are far apart, else not known */
 	struct expression expressions[ACTOR_MAX]; /* by those with a name a moment ago */
 	bool tells[LABEL_MAX];                    /* these */
 	struct told told[LABEL_MAX];              /* and what that says of the others */
@@ -69,6 +71,10 @@ bool label_order_tells(const struct tracker_state *state, int row, int other_row
 
 /* Doubts a point that either of two such markers may be, or both. */
 void label_doubt_pressed(struct labelling *labelling, const struct tracker_state *state);
+
+/* The face as a whole, where it was laid on the points, has another point for the label or none. */
+bool label_is_laid_elsewhere(const struct labelling *labelling, const struct tracker_state *state,
+			     int label);
 
 /* Takes away the names that another label without a point could claim nearly as well, and those
  * that could as well be elsewhere; fills the margins. */

@@ -134,6 +134,15 @@ static void doubt_claimed(struct labelling *l, int lonely)
 	}
 }
 
+bool label_is_laid_elsewhere(const struct labelling *l, const struct tracker_state *state,
+			     int label)
+{
+	const struct expression_search *laid = &l->laid[state->labels[label].actor];
+
+	return laid->known && state->labels[label].kind == LABEL_SKIN &&
+	       laid->point_of_label[label] != l->assign.column_of_row[label];
+}
+
 void label_abstain(struct labelling *l, const struct tracker_state *state)
 {
 	const struct assign *a = &l->assign;
@@ -144,8 +153,8 @@ void label_abstain(struct labelling *l, const struct tracker_state *state)
 		if (a->column_of_row[r] == ASSIGN_NONE)
 			continue;
 		l->margin[r] = (float)margin_of_moving(l, state, r);
-		l->doubtful[r] =
-			l->margin[r] < MARGIN || is_astray(l, state, r) || is_between(l, r);
+		l->doubtful[r] = l->margin[r] < MARGIN || is_astray(l, state, r) ||
+				 is_between(l, r) || label_is_laid_elsewhere(l, state, r);
 	}
 	for (int r = 0; r < a->row_count; r++) {
 		if (a->column_of_row[r] != ASSIGN_NONE)

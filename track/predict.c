@@ -335,6 +335,14 @@ static void take_better(const struct told *told, struct prediction *p)
 	}
 }
 
+void predict_from_face(const struct predictions *motion, const struct told *told,
+		       struct predictions *out)
+{
+	*out = *motion;
+	for (uint32_t i = 0; i < motion->count; i++)
+		take_better(&told[i], &out->labels[i]);
+}
+
 static struct prediction fill_stale(const struct tracker_state *state,
 				    const struct label_state *label, int64_t now_ns,
 				    const bool *seen, const struct vec3 *seen_m,

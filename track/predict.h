@@ -39,6 +39,10 @@ void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 			     const struct vec3 *seen_m, const struct told *told,
 			     struct predictions *out);
 
+/* By what the whole face has `told` where that is surer than its own motion. */
+void predict_from_face(const struct predictions *motion, const struct told *told,
+		       struct predictions *out);
+
 /* Where the neighbours tell that a label is, and how sure that is. Returns how many spoke. */
 int predict_told(const struct tracker_state *state, const struct label_state *label,
 		 const bool *seen, const struct vec3 *seen_m, struct vec3 *told_m, double *sigma_m);
