@@ -15,6 +15,7 @@
 #include <string.h>
 #include <sys/ioctl.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "base/clock.h"
 #include "base/ring.h"
@@ -23,7 +24,8 @@
 #include "drivers/libcamera_time.h"
 
 #define THREAD_PRIORITY 55 /* above the capture threads, below the trigger */
-#define CANCELLED_MAX 64   /* one after another: the camera gives no pictures any more */
+#define LOOK_NS (400 * NS_PER_MS)
+#define CANCELLED_MAX 64 /* one after another: the camera gives no pictures any more */
 
 struct finished {
 	struct libcamera_done done;
@@ -140,7 +142,10 @@ static void libcamera_close(struct camera *base)
 		return;
 	libcamera_stop(base);
 	libcamera_unmap_buffers(&camera->buffers);
-	libcamera_shim_close(camera->at.device);
+	if (camera->gone)
+		libcamera_shim_abandon(camera->at.device);
+	else
+		libcamera_shim_close(camera->at.device);
 	sem_destroy(&camera->ready);
 	sem_destroy(&camera->given);
 	ring_finish(&camera->arrived);
@@ -214,26 +219,45 @@ static int libcamera_configure(struct camera *base, const struct camera_mode *wa
 	return 0;
 }
 
-/* The driver's thread: gives the camera the buffers that the capture thread is done with. A camera
- * that takes none any more sends nothing, or says that it is gone. */
+/* Of what libcamera sets up only USB cameras are told to be gone: the others' sensors are looked
+ * for. */
+static void look_for_sensor(struct libcamera_camera *camera)
+{
+	if (*camera->at.sensor && access(camera->at.sensor, F_OK))
+		on_gone(camera);
+}
+
+/* Also after a while in which nothing was given. */
+static void wait_given(struct libcamera_camera *camera)
+{
+	int64_t until_ns = clock_now_ns() + LOOK_NS;
+	struct timespec until = {.tv_sec = until_ns / NS_PER_S, .tv_nsec = until_ns % NS_PER_S};
+
+	while (sem_clockwait(&camera->given, CLOCK_MONOTONIC, &until))
+		if (errno == ETIMEDOUT) {
+			look_for_sensor(camera);
+			return;
+		}
+}
+
+/* The driver's thread: gives the camera the buffers that the capture thread is done with. */
 static void *queue_released(void *user)
 {
 	struct libcamera_camera *camera = user;
 
 	pthread_setname_np(pthread_self(), "libcamera-queue");
 	become_realtime();
-	for (;;) {
-		while (sem_wait(&camera->given))
-			;
-		if (camera->ending)
-			return NULL;
+	while (!camera->ending) {
 		uint32_t *buffer = ring_peek(&camera->released, 0);
 
-		if (buffer && !camera->gone)
-			libcamera_shim_queue(camera->at.device, *buffer);
-		if (buffer)
-			ring_pop(&camera->released);
+		if (!buffer || camera->gone) {
+			wait_given(camera);
+			continue;
+		}
+		libcamera_shim_queue(camera->at.device, *buffer);
+		ring_pop(&camera->released);
 	}
+	return NULL;
 }
 
 static void forget_stream(struct libcamera_camera *camera)
@@ -278,7 +302,9 @@ static void libcamera_stop(struct camera *base)
 	camera->ending = true;
 	sem_post(&camera->given);
 	pthread_join(camera->queue_thread, NULL);
-	libcamera_shim_stop(camera->at.device);
+	look_for_sensor(camera);
+	if (!camera->gone)
+		libcamera_shim_stop(camera->at.device);
 	camera->streams = false;
 }
 

@@ -13,6 +13,7 @@ struct libcamera_at {
 	struct libcamera_device *device;
 	char id[128];
 	char address[160]; /* for messages: `libcamera:rest` */
+	char sensor[80]; /* directory of its sensor's sub-device in /sys; "" where there is none */
 };
 
 int libcamera_list(camera_found_fn *found, void *user, struct diag *diag);
@@ -28,6 +29,10 @@ int libcamera_configure_device(const struct libcamera_at *at, const struct camer
 			       struct camera_mode *granted, struct libcamera_stream *stream,
 			       const struct libcamera_format **format,
 			       struct libcamera_light *light, struct diag *diag);
+
+/* The directory of a sensor's sub-device in /sys; false for a camera that has none, as those on
+ * USB. */
+bool libcamera_find_sensor(const char *id, char *directory, size_t size);
 
 /* Of the sensors that are known. */
 enum camera_shutter libcamera_sensor_shutter(const char *model);

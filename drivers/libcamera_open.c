@@ -3,6 +3,7 @@
  * not looked for because udev does not run.
  */
 #include <errno.h>
+#include <fcntl.h>
 #include <glob.h>
 #include <stdio.h>
 #include <string.h>
@@ -24,13 +25,16 @@ struct listing {
 	void *user;
 };
 
-/* An id that an address cannot hold is not listed: it could not be opened by it. */
+/* Cameras without a sensor that libcamera sets up are those on USB: the driver v4l2 lists them. An
+ * id that an address cannot hold could not be opened by it. */
 static void tell(const char *id, const char *model, void *user)
 {
 	const struct listing *listing = user;
 	struct camera_info info = {0};
+	char sensor[80];
 
-	if (strlen(id) + sizeof("libcamera:") > sizeof(info.address))
+	if (strlen(id) + sizeof("libcamera:") > sizeof(info.address) ||
+	    !libcamera_find_sensor(id, sensor, sizeof(sensor)))
 		return;
 	snprintf(info.address, sizeof(info.address), "libcamera:%s", id);
 	snprintf(info.model, sizeof(info.model), "%s", model);
@@ -62,34 +66,41 @@ static void match(const char *id, const char *model, void *user)
 	search->count++;
 }
 
-/* libcamera passes over media devices that it may not open. */
-static bool is_forbidden(void)
+/* libcamera passes over media devices that it may not open, and some pipelines over those that
+ * another program has locked. */
+static int why_unseen(void)
 {
+	int reason = 0;
 	glob_t nodes;
-	bool forbidden = false;
 
 	if (glob("/dev/media[0-9]*", 0, NULL, &nodes))
-		return false;
-	for (size_t i = 0; i < nodes.gl_pathc; i++)
-		forbidden |= access(nodes.gl_pathv[i], R_OK | W_OK) && errno == EACCES;
+		return 0;
+	for (size_t i = 0; i < nodes.gl_pathc && !reason; i++) {
+		int fd = open(nodes.gl_pathv[i], O_RDWR | O_CLOEXEC);
+
+		if (fd < 0)
+			reason = errno == EACCES ? -EACCES : 0;
+		else if (lockf(fd, F_TEST, 0))
+			reason = -EBUSY;
+		if (fd >= 0)
+			close(fd);
+	}
 	globfree(&nodes);
-	return forbidden;
+	return reason;
 }
 
 static int report_missing(const struct libcamera_at *at, const struct search *search,
 			  struct diag *diag)
 {
+	int reason;
+
 	if (*search->all) {
 		diag_add(diag, "%s: no such camera; there are %s", at->address, search->all);
 		return -ENODEV;
 	}
-	if (is_forbidden()) {
-		diag_add(diag,
-			 "%s: permission denied on /dev/media*: join the device's group: usermod "
-			 "-aG video USER (stage-operator where stage is installed)",
-			 at->address);
-		return -EACCES;
-	}
+	reason = why_unseen();
+	if (reason)
+		return libcamera_fail(at, reason, "/dev/media*", diag);
 	if (access("/run/udev/control", F_OK)) {
 		diag_add(
 			diag,
@@ -145,6 +156,7 @@ int libcamera_open_device(struct libcamera_at *out, const char *rest, struct dia
 	error = libcamera_shim_open(&at.device, at.id);
 	if (error)
 		return libcamera_fail(&at, error, "open", diag);
+	libcamera_find_sensor(at.id, at.sensor, sizeof(at.sensor));
 	*out = at;
 	return 0;
 }

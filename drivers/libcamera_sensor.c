@@ -85,29 +85,27 @@ static bool has_id(const char *directory, const char *id)
 	return strncmp(path, "/sys/devices/", 13) == 0 && strcmp(path + 13, id) == 0;
 }
 
-/* 0 with the directory of the sensor's sub-device. */
-static int find_sensor(const char *id, char directory[PATH_MAX])
+bool libcamera_find_sensor(const char *id, char *directory, size_t size)
 {
-	int error = -ENODEV;
+	bool found = false;
 	glob_t all;
 
 	if (glob(SUBDEVICES, 0, NULL, &all))
-		return -ENODEV;
-	for (size_t i = 0; i < all.gl_pathc && error; i++)
-		if (has_id(all.gl_pathv[i], id)) {
-			snprintf(directory, PATH_MAX, "%s", all.gl_pathv[i]);
-			error = 0;
+		return false;
+	for (size_t i = 0; i < all.gl_pathc && !found; i++)
+		if (has_id(all.gl_pathv[i], id) && strlen(all.gl_pathv[i]) < size) {
+			strcpy(directory, all.gl_pathv[i]);
+			found = true;
 		}
 	globfree(&all);
-	return error;
+	return found;
 }
 
-static int open_sensor(struct v4l2_device *sensor, const struct libcamera_at *at,
-		       const char *directory)
+static int open_sensor(struct v4l2_device *sensor, const struct libcamera_at *at)
 {
 	char node[80];
 
-	snprintf(node, sizeof(node), "/dev/%.60s", strrchr(directory, '/') + 1);
+	snprintf(node, sizeof(node), "/dev/%.60s", strrchr(at->sensor, '/') + 1);
 	snprintf(sensor->address, sizeof(sensor->address), "%.120s (%.30s)", at->address, node);
 	sensor->fd = open(node, O_RDWR | O_CLOEXEC);
 	return sensor->fd < 0 ? -errno : 0;
@@ -127,11 +125,11 @@ static bool switch_trigger(const struct v4l2_device *sensor, bool on)
 }
 
 /* Some drivers have it as a parameter of their module, for all sensors at once. */
-static int check_module(const struct libcamera_at *at, const char *directory, struct diag *diag)
+static int check_module(const struct libcamera_at *at, struct diag *diag)
 {
 	char module[PATH_MAX], value[16];
 
-	follow(directory, "device/driver/module", module);
+	follow(at->sensor, "device/driver/module", module);
 	read_line(module, "parameters/" TRIGGER, value, sizeof(value));
 	if (*value && strcmp(value, "0") != 0 && strcmp(value, "N") != 0)
 		return 0;
@@ -167,17 +165,16 @@ int libcamera_set_sensor(const struct libcamera_at *at, const struct camera_mode
 			 struct camera_mode *granted, struct diag *diag)
 {
 	struct v4l2_device sensor = {.fd = -1};
-	char directory[PATH_MAX];
 	bool wants = wanted->triggered || wanted->control_count;
-	int error = find_sensor(at->id, directory);
+	int error;
 
-	if (error)
+	if (!*at->sensor)
 		return wants ? refuse(at, wanted, diag) : 0;
-	error = open_sensor(&sensor, at, directory);
+	error = open_sensor(&sensor, at);
 	if (error)
 		return wants ? v4l2_fail(&sensor, error, "open", diag) : 0;
 	if (!switch_trigger(&sensor, wanted->triggered) && wanted->triggered)
-		error = check_module(at, directory, diag);
+		error = check_module(at, diag);
 	if (!error)
 		error = v4l2_set_controls(&sensor, wanted, granted, diag);
 	if (!error)

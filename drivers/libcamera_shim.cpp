@@ -201,6 +201,13 @@ void libcamera_shim_close(libcamera_device *device)
 	delete device;
 }
 
+void libcamera_shim_abandon(libcamera_device *device)
+{
+	device->camera->requestCompleted.disconnect(device);
+	device->camera->disconnected.disconnect(device);
+	device->manager.reset();
+}
+
 const char *libcamera_shim_model(const libcamera_device *device)
 {
 	return device->model.c_str();

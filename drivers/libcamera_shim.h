@@ -77,6 +77,11 @@ int libcamera_shim_list(libcamera_found_fn *found, void *user);
 int libcamera_shim_open(struct libcamera_device **out, const char *id);
 void libcamera_shim_close(struct libcamera_device *device);
 
+/* In place of stop and close, of a camera whose device is gone: libcamera ends the process when it
+ * is asked to stop one (0.0.3 and 0.4 assert that all requests come back, and those do not). What
+ * it holds of this camera is left behind. */
+void libcamera_shim_abandon(struct libcamera_device *device);
+
 /* The sensor's name; until close. */
 const char *libcamera_shim_model(const struct libcamera_device *device);
 
