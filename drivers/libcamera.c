@@ -1,36 +1,22 @@
 /*
  * The libcamera driver's frames. Buffers are mapped once and read where they are; only packed rows
- * and the luma of YUYV are unpacked into a picture of the driver's own. libcamera's thread hands
- * finished requests over through a ring; a thread of the driver queues the released ones again,
- * because libcamera locks and allocates there.
+ * and the luma of YUYV are unpacked into a picture of the driver's own.
  */
 #include "drivers/libcamera.h"
 
 #include <assert.h>
 #include <errno.h>
 #include <linux/dma-buf.h>
-#include <pthread.h>
-#include <semaphore.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/ioctl.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "base/clock.h"
-#include "base/ring.h"
 #include "drivers/libcamera_buffers.h"
-#include "drivers/libcamera_device.h"
+#include "drivers/libcamera_flow.h"
 #include "drivers/libcamera_time.h"
 
-#define THREAD_PRIORITY 55 /* above the capture threads, below the trigger */
-#define LOOK_NS (400 * NS_PER_MS)
 #define CANCELLED_MAX 64 /* one after another: the camera gives no pictures any more */
-
-struct finished {
-	struct libcamera_done done;
-	int64_t arrival_ns;
-};
 
 struct libcamera_camera {
 	struct camera base;
@@ -43,18 +29,8 @@ struct libcamera_camera {
 	struct libcamera_light light;
 	struct libcamera_buffers buffers;
 	uint8_t *picture; /* owned; NULL where frames are read in place */
-	bool streams;
-	pthread_t queue_thread;
 
-	/* between the threads */
-	struct ring arrived;  /* struct finished: libcamera's thread to the capture thread */
-	struct ring released; /* uint32_t buffer: capture thread to the queueing one */
-	sem_t ready;          /* arrived ones, and one post when the camera is gone */
-	sem_t given;          /* released ones, and one post at the end */
-	atomic_bool gone, ending;
-
-	/* owned by libcamera's thread */
-	bool realtime;
+	struct libcamera_flow flow; /* between the threads */
 
 	/* owned by the capture thread */
 	struct libcamera_timing timing;
@@ -64,75 +40,33 @@ struct libcamera_camera {
 	uint64_t device_seq;
 };
 
-static void become_realtime(void)
-{
-	struct sched_param param = {.sched_priority = THREAD_PRIORITY};
-
-	/* Where it is not allowed it works, with more jitter: doctor's business. */
-	pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);
-}
-
-/* libcamera's thread. The ring holds all buffers: it is never full. */
-static void on_done(void *user, const struct libcamera_done *done)
-{
-	struct libcamera_camera *camera = user;
-	int64_t now_ns = clock_now_ns();
-
-	if (!camera->realtime)
-		become_realtime();
-	camera->realtime = true;
-	if (camera->ending)
-		return;
-	struct finished *finished = ring_claim(&camera->arrived);
-
-	if (!finished)
-		return;
-	*finished = (struct finished){*done, now_ns};
-	ring_publish(&camera->arrived);
-	sem_post(&camera->ready);
-}
-
-/* libcamera's thread. */
-static void on_gone(void *user)
-{
-	struct libcamera_camera *camera = user;
-
-	camera->gone = true;
-	sem_post(&camera->ready);
-}
-
 static int libcamera_open(struct camera **out, const char *rest, const char *base_dir,
 			  struct diag *diag)
 {
 	struct libcamera_camera *camera = calloc(1, sizeof(*camera));
-	int error = camera ? 0 : -ENOMEM;
+	int error;
 
 	(void)base_dir;
-	if (!error &&
-	    (ring_init(&camera->arrived, sizeof(struct finished), LIBCAMERA_BUFFERS_MAX) ||
-	     ring_init(&camera->released, sizeof(uint32_t), LIBCAMERA_BUFFERS_MAX)))
-		error = -ENOMEM;
-	if (error)
+	if (!camera || libcamera_flow_init(&camera->flow, &camera->at)) {
 		diag_add(diag, "libcamera:%s: out of memory", rest);
-	else
-		error = libcamera_open_device(&camera->at, rest, diag);
-	if (error)
-		goto fail;
+		free(camera);
+		return -ENOMEM;
+	}
 	camera->base.driver = &libcamera_camera_driver;
-	sem_init(&camera->ready, 0, 0);
-	sem_init(&camera->given, 0, 0);
+	error = libcamera_open_device(&camera->at, rest, diag);
+	if (error) {
+		libcamera_flow_finish(&camera->flow);
+		free(camera);
+		return error;
+	}
 	*out = &camera->base;
 	return 0;
-fail:
-	if (camera) {
-		ring_finish(&camera->arrived);
-		ring_finish(&camera->released);
-	}
-	free(camera);
-	return error;
 }
 
-static void libcamera_stop(struct camera *base);
+static void libcamera_stop(struct camera *base)
+{
+	libcamera_flow_stop(&((struct libcamera_camera *)base)->flow);
+}
 
 static void libcamera_close(struct camera *base)
 {
@@ -142,14 +76,11 @@ static void libcamera_close(struct camera *base)
 		return;
 	libcamera_stop(base);
 	libcamera_unmap_buffers(&camera->buffers);
-	if (camera->gone)
+	if (camera->flow.gone)
 		libcamera_shim_abandon(camera->at.device);
 	else
 		libcamera_shim_close(camera->at.device);
-	sem_destroy(&camera->ready);
-	sem_destroy(&camera->given);
-	ring_finish(&camera->arrived);
-	ring_finish(&camera->released);
+	libcamera_flow_finish(&camera->flow);
 	free(camera->picture);
 	free(camera);
 }
@@ -179,6 +110,15 @@ static size_t least_bytes(const struct libcamera_camera *camera)
 	       libcamera_packed_row_bytes(camera->format, camera->mode.width_px);
 }
 
+static int make_buffers(struct libcamera_camera *camera, struct diag *diag)
+{
+	int error = libcamera_map_buffers(camera->at.device, camera->stream.buffer_count,
+					  least_bytes(camera), &camera->buffers);
+
+	return error ? libcamera_fail(&camera->at, error, "buffers", diag)
+		     : make_picture(camera, diag);
+}
+
 /* Of the two clocks: they part when the computer sleeps. */
 static int64_t boot_offset_ns(void)
 {
@@ -197,14 +137,8 @@ static int libcamera_configure(struct camera *base, const struct camera_mode *wa
 	libcamera_unmap_buffers(&camera->buffers);
 	error = libcamera_configure_device(&camera->at, wanted, &camera->mode, &camera->stream,
 					   &camera->format, &camera->light, diag);
-	if (!error) {
-		error = libcamera_map_buffers(camera->at.device, camera->stream.buffer_count,
-					      least_bytes(camera), &camera->buffers);
-		if (error)
-			libcamera_fail(&camera->at, error, "buffers", diag);
-	}
 	if (!error)
-		error = make_picture(camera, diag);
+		error = make_buffers(camera, diag);
 	if (error)
 		return error;
 	camera->timing = (struct libcamera_timing){
@@ -219,115 +153,18 @@ static int libcamera_configure(struct camera *base, const struct camera_mode *wa
 	return 0;
 }
 
-/* Of what libcamera sets up only USB cameras are told to be gone: the others' sensors are looked
- * for. */
-static void look_for_sensor(struct libcamera_camera *camera)
-{
-	if (*camera->at.sensor && access(camera->at.sensor, F_OK))
-		on_gone(camera);
-}
-
-/* Also after a while in which nothing was given. */
-static void wait_given(struct libcamera_camera *camera)
-{
-	int64_t until_ns = clock_now_ns() + LOOK_NS;
-	struct timespec until = {.tv_sec = until_ns / NS_PER_S, .tv_nsec = until_ns % NS_PER_S};
-
-	while (sem_clockwait(&camera->given, CLOCK_MONOTONIC, &until))
-		if (errno == ETIMEDOUT) {
-			look_for_sensor(camera);
-			return;
-		}
-}
-
-/* The driver's thread: gives the camera the buffers that the capture thread is done with. */
-static void *queue_released(void *user)
-{
-	struct libcamera_camera *camera = user;
-
-	pthread_setname_np(pthread_self(), "libcamera-queue");
-	become_realtime();
-	while (!camera->ending) {
-		uint32_t *buffer = ring_peek(&camera->released, 0);
-
-		if (!buffer || camera->gone) {
-			wait_given(camera);
-			continue;
-		}
-		libcamera_shim_queue(camera->at.device, *buffer);
-		ring_pop(&camera->released);
-	}
-	return NULL;
-}
-
-static void forget_stream(struct libcamera_camera *camera)
-{
-	ring_clear(&camera->arrived);
-	ring_clear(&camera->released);
-	while (sem_trywait(&camera->ready) == 0 || sem_trywait(&camera->given) == 0)
-		;
-	camera->ending = false;
-	camera->cancelled = 0;
-	camera->counts = false;
-	camera->device_seq = 0;
-}
-
 static int libcamera_start(struct camera *base, struct diag *diag)
 {
 	struct libcamera_camera *camera = (struct libcamera_camera *)base;
-	struct libcamera_hooks hooks = {on_done, on_gone, camera};
-	int error = camera->gone ? -ENODEV : 0;
+	int error;
 
-	assert(camera->buffers.count && !camera->streams);
-	forget_stream(camera);
+	assert(camera->buffers.count && !camera->flow.streams);
+	camera->cancelled = 0;
+	camera->counts = false;
+	camera->device_seq = 0;
 	libcamera_time_begin(&camera->timing, clock_now_ns());
-	if (!error)
-		error = -pthread_create(&camera->queue_thread, NULL, queue_released, camera);
-	if (error)
-		return libcamera_fail(&camera->at, error, "start", diag);
-	camera->streams = true;
-	error = libcamera_shim_start(camera->at.device, &camera->light, &hooks);
-	if (!error)
-		return 0;
-	libcamera_stop(base);
-	return libcamera_fail(&camera->at, error, "start", diag);
-}
-
-static void libcamera_stop(struct camera *base)
-{
-	struct libcamera_camera *camera = (struct libcamera_camera *)base;
-
-	if (!camera->streams)
-		return;
-	camera->ending = true;
-	sem_post(&camera->given);
-	pthread_join(camera->queue_thread, NULL);
-	look_for_sensor(camera);
-	if (!camera->gone)
-		libcamera_shim_stop(camera->at.device);
-	camera->streams = false;
-}
-
-static int wait_ready(struct libcamera_camera *camera, int64_t timeout_ns)
-{
-	int64_t until_ns = clock_now_ns() + timeout_ns;
-	struct timespec until = {.tv_sec = until_ns / NS_PER_S, .tv_nsec = until_ns % NS_PER_S};
-
-	while (sem_clockwait(&camera->ready, CLOCK_MONOTONIC, &until))
-		if (errno != EINTR)
-			return -errno;
-	return 0;
-}
-
-static void give_back(struct libcamera_camera *camera, uint32_t buffer)
-{
-	uint32_t *item = ring_claim(&camera->released); /* never full: it holds all buffers */
-
-	if (!item)
-		return;
-	*item = buffer;
-	ring_publish(&camera->released);
-	sem_post(&camera->given);
+	error = libcamera_flow_start(&camera->flow, &camera->light);
+	return error ? libcamera_fail(&camera->at, error, "start", diag) : 0;
 }
 
 /* A device whose sequence stands still, or runs back, does not count: then its frames are. */
@@ -352,6 +189,12 @@ static bool whole(const struct libcamera_camera *camera, const struct libcamera_
 	return done->used_bytes == 0 || done->used_bytes >= least_bytes(camera);
 }
 
+static void give_back(struct libcamera_camera *camera, uint32_t buffer)
+{
+	libcamera_sync_buffer(&camera->buffers, buffer, DMA_BUF_SYNC_END);
+	libcamera_flow_give(&camera->flow, buffer);
+}
+
 static void unpack(const struct libcamera_camera *camera, const uint8_t *pixels)
 {
 	int width_px = camera->mode.width_px;
@@ -363,30 +206,33 @@ static void unpack(const struct libcamera_camera *camera, const uint8_t *pixels)
 				     camera->picture + (size_t)y * row_bytes, width_px);
 }
 
-static void fill_frame(struct libcamera_camera *camera, const struct finished *finished,
+static int stride_bytes(const struct libcamera_camera *camera)
+{
+	if (camera->picture)
+		return (int)pixel_row_bytes(camera->mode.format, camera->mode.width_px);
+	return camera->mode.format == PIXEL_MJPEG ? 0 : camera->stream.stride_bytes;
+}
+
+static void fill_frame(struct libcamera_camera *camera, const struct libcamera_finished *finished,
 		       struct frame *out)
 {
 	const struct libcamera_done *done = &finished->done;
 	const uint8_t *pixels = camera->buffers.buffers[done->buffer].pixels;
-	bool compressed = camera->mode.format == PIXEL_MJPEG;
-	struct libcamera_stamp stamp = {done->stamp_ns, done->exposure_ns, finished->arrival_ns, 0,
-					0};
+	struct libcamera_stamp stamp = {.stamp_ns = done->stamp_ns,
+					.exposure_ns = done->exposure_ns,
+					.arrival_ns = finished->arrival_ns};
 
 	libcamera_time(&camera->timing, &stamp);
-	libcamera_sync_buffer(&camera->buffers, done->buffer, DMA_BUF_SYNC_START);
 	if (camera->picture)
 		unpack(camera, pixels);
 	*out = (struct frame){
 		.pixels = camera->picture ? camera->picture : pixels,
 		.width_px = camera->mode.width_px,
 		.height_px = camera->mode.height_px,
-		.stride_bytes = camera->picture ? (int)pixel_row_bytes(camera->mode.format,
-								       camera->mode.width_px)
-				: compressed    ? 0
-						: camera->stream.stride_bytes,
+		.stride_bytes = stride_bytes(camera),
 		.format = camera->mode.format,
 		.bits = camera->mode.bits,
-		.size_bytes = compressed ? done->used_bytes : 0,
+		.size_bytes = camera->mode.format == PIXEL_MJPEG ? done->used_bytes : 0,
 		.shot = UINT64_MAX,
 		.device_seq = camera->device_seq,
 		.mid_exposure_ns = stamp.mid_exposure_ns,
@@ -400,21 +246,18 @@ static void fill_frame(struct libcamera_camera *camera, const struct finished *f
 static int libcamera_acquire(struct camera *base, int64_t timeout_ns, struct frame *out)
 {
 	struct libcamera_camera *camera = (struct libcamera_camera *)base;
-	int error = wait_ready(camera, timeout_ns);
-	struct finished *item = ring_peek(&camera->arrived, 0);
+	struct libcamera_finished finished;
+	int error = libcamera_flow_wait(&camera->flow, timeout_ns, &finished);
+	bool cancelled = !error && finished.done.end == LIBCAMERA_CANCELLED;
 
-	if (camera->gone)
-		return -ENODEV;
-	if (!item)
-		return error ? error : -ETIMEDOUT;
-	struct finished finished = *item;
-
-	ring_pop(&camera->arrived);
-	camera->cancelled = finished.done.end == LIBCAMERA_CANCELLED ? camera->cancelled + 1 : 0;
+	if (error)
+		return error;
+	camera->cancelled = cancelled ? camera->cancelled + 1 : 0;
 	if (camera->cancelled > CANCELLED_MAX)
 		return -EIO;
-	if (finished.done.end != LIBCAMERA_CANCELLED)
+	if (!cancelled)
 		count_frame(camera, finished.done.sequence);
+	libcamera_sync_buffer(&camera->buffers, finished.done.buffer, DMA_BUF_SYNC_START);
 	if (!whole(camera, &finished.done)) {
 		give_back(camera, finished.done.buffer);
 		return -EBADMSG;
@@ -425,11 +268,7 @@ static int libcamera_acquire(struct camera *base, int64_t timeout_ns, struct fra
 
 static void libcamera_release(struct camera *base, struct frame *frame)
 {
-	struct libcamera_camera *camera = (struct libcamera_camera *)base;
-	uint32_t buffer = (uint32_t)(uintptr_t)frame->token;
-
-	libcamera_sync_buffer(&camera->buffers, buffer, DMA_BUF_SYNC_END);
-	give_back(camera, buffer);
+	give_back((struct libcamera_camera *)base, (uint32_t)(uintptr_t)frame->token);
 	frame->pixels = NULL;
 }
 
