@@ -135,27 +135,38 @@ int libcamera_fail(const struct libcamera_at *at, int error, const char *doing, 
 	return error;
 }
 
-int libcamera_open_device(struct libcamera_at *out, const char *rest, struct diag *diag)
+static int find_and_open(struct libcamera_at *at, const char *rest, struct diag *diag)
 {
-	struct libcamera_at at = {0};
 	struct search search = {.rest = rest};
-	int error;
+	int error = libcamera_shim_list(match, &search);
 
-	snprintf(at.address, sizeof(at.address), "libcamera:%s", rest);
-	error = libcamera_shim_list(match, &search);
 	if (error < 0)
-		return libcamera_fail(&at, error, "open", diag);
+		return libcamera_fail(at, error, "open", diag);
 	if (search.count == 0)
-		return report_missing(&at, &search, diag);
+		return report_missing(at, &search, diag);
 	if (search.count > 1) {
-		diag_add(diag, "%s: several cameras match: name one by its id: %s", at.address,
+		diag_add(diag, "%s: several cameras match: name one by its id: %s", at->address,
 			 search.all);
 		return -EINVAL;
 	}
-	snprintf(at.id, sizeof(at.id), "%s", search.id);
-	error = libcamera_shim_open(&at.device, at.id);
+	snprintf(at->id, sizeof(at->id), "%s", search.id);
+	error = libcamera_shim_open(&at->device, at->id);
+	return error ? libcamera_fail(at, error, "open", diag) : 0;
+}
+
+int libcamera_open_device(struct libcamera_at *out, const char *rest, struct diag *diag)
+{
+	struct libcamera_at at = {0};
+	int error;
+
+	snprintf(at.address, sizeof(at.address), "libcamera:%s", rest);
+	error = libcamera_shim_hold();
 	if (error)
-		return libcamera_fail(&at, error, "open", diag);
+		return libcamera_fail(&at, error, "start libcamera", diag);
+	error = find_and_open(&at, rest, diag);
+	libcamera_shim_let_go();
+	if (error)
+		return error;
 	libcamera_find_sensor(at.id, at.sensor, sizeof(at.sensor));
 	*out = at;
 	return 0;

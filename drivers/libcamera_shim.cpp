@@ -20,6 +20,7 @@ namespace
 {
 
 std::weak_ptr<CameraManager> the_manager;
+std::shared_ptr<CameraManager> held;
 
 /* libcamera says on standard error what the driver says in its own words; who asks for its log by
  * its own variables gets it. */
@@ -163,6 +164,17 @@ void libcamera_device::complete(Request *request)
 		   : about.status != FrameMetadata::FrameSuccess ? LIBCAMERA_DAMAGED
 								 : LIBCAMERA_WHOLE;
 	hooks.done(hooks.user, &done);
+}
+
+int libcamera_shim_hold(void)
+{
+	held = start_manager();
+	return held ? 0 : -EIO;
+}
+
+void libcamera_shim_let_go(void)
+{
+	held.reset();
 }
 
 int libcamera_shim_list(libcamera_found_fn *found, void *user)

@@ -70,6 +70,11 @@ struct libcamera_hooks {
 	void *user;
 };
 
+/* libcamera looks for cameras when it starts, which takes its time: from hold to let_go, and while
+ * a camera is open, it stays as it is. 0 or a negative errno. */
+int libcamera_shim_hold(void);
+void libcamera_shim_let_go(void);
+
 /* Every camera that libcamera can see now; how many, or a negative errno. */
 int libcamera_shim_list(libcamera_found_fn *found, void *user);
 

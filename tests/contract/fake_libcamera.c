@@ -58,6 +58,13 @@ uint8_t *fake_libcamera_pixels(uint32_t buffer)
 	return the_device->pixels[buffer];
 }
 
+int libcamera_shim_hold(void)
+{
+	return 0;
+}
+
+void libcamera_shim_let_go(void) {}
+
 int libcamera_shim_list(libcamera_found_fn *found, void *user)
 {
 	if (!fake.unseen)
