@@ -10,6 +10,7 @@
 #include "drivers/libcamera.h"
 #include "drivers/trigger_free.h"
 #include "drivers/trigger_gpio.h"
+#include "drivers/trigger_usb.h"
 #include "drivers/v4l2.h"
 #include "sim/world.h"
 
@@ -19,10 +20,7 @@ const struct camera_driver *const live_drivers[] = {
 };
 
 const struct trigger_driver *const live_triggers[] = {
-	&free_trigger_driver,
-	&gpio_trigger_driver,
-	&sim_trigger_driver,
-	NULL,
+	&free_trigger_driver, &gpio_trigger_driver, &sim_trigger_driver, &usb_trigger_driver, NULL,
 };
 
 const struct camera_driver *const recording_drivers[] = {

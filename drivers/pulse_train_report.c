@@ -16,7 +16,7 @@ static const char *const names[PULSE_EVENT_COUNT] = {
 	[PULSE_STROBE_SHORT] = "strobe_short",   [PULSE_STROBE_SKIPPED] = "strobe_skipped",
 	[PULSE_GUARD_CUT] = "guard_cut",         [PULSE_HD_SKIPPED] = "hd_skipped",
 	[PULSE_INPUT_MISSING] = "input_missing", [PULSE_INPUT_DOUBLED] = "input_doubled",
-	[PULSE_INPUT_JITTER] = "input_jitter",
+	[PULSE_INPUT_JITTER] = "input_jitter",   [PULSE_UNDERRUN] = "underrun",
 };
 
 const char *pulse_event_name(enum pulse_event event)

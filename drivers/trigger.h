@@ -30,6 +30,7 @@ enum pulse_event {
 	PULSE_INPUT_MISSING,  /* no edge came back on the input line */
 	PULSE_INPUT_DOUBLED,  /* an edge too many on it */
 	PULSE_INPUT_JITTER,   /* an edge there that came at an unusual time */
+	PULSE_UNDERRUN,       /* the adapter ran out of samples: its lines stood still, dark */
 	PULSE_EVENT_COUNT
 };
 
