@@ -65,8 +65,10 @@ static int usb_open(struct trigger **out, const char *rest, struct diag *diag)
 	}
 	trigger->base.driver = &usb_trigger_driver;
 	clock_semaphore_init(&trigger->wake);
-	snprintf(trigger->who, sizeof(trigger->who), "trigger usb:%.*s",
-		 (int)(strcspn(rest, ",=") % FT232H_NAME_BYTES), rest);
+	size_t length = strcspn(rest, ",");
+	bool named = length > 0 && length < FT232H_NAME_BYTES && !memchr(rest, '=', length);
+	snprintf(trigger->who, sizeof(trigger->who), "trigger usb%s%.*s", named ? ":" : "",
+		 named ? (int)length : 0, rest);
 	int err = usb_address_parse(&trigger->address, rest, trigger->who, diag);
 	if (!err)
 		err = open_adapter(trigger, diag);

@@ -66,8 +66,8 @@ static int submit(struct usb_stream *stream, const uint8_t *samples, uint32_t le
 	return 0;
 }
 
-/* The next shot's samples, and word of it. */
-static void make_shot(struct usb_stream *stream)
+/* All of the next shot, and word of it. */
+static int send_shot(struct usb_stream *stream)
 {
 	struct usb_pace *pace = &stream->pace;
 	struct usb_shot shot = {.shot = pace->shot,
@@ -75,35 +75,33 @@ static void make_shot(struct usb_stream *stream)
 				.device_ns = usb_pace_device_ns(pace, pace->shot_sample),
 				.due_ns = pace->due_ns,
 				.events = stream->strange};
-	uint32_t length = usb_pace_advance(pace);
-	struct usb_shot *slot = ring_claim(&stream->shots);
+	uint32_t cuts[USB_WAVE_CUTS_MAX], length = usb_pace_advance(pace);
+	uint32_t count = usb_wave_cut(&stream->wave, shot.shot, length, cuts);
+	const uint8_t *samples = stream->samples;
+	struct usb_shot *slot;
+	int err = 0;
 
 	usb_wave_fill(&stream->wave, shot.shot, stream->samples, length);
-	stream->cut_count = usb_wave_cut(&stream->wave, shot.shot, length, stream->cuts);
-	stream->cut = stream->sent = 0;
+	for (uint32_t c = 0; c < count && !err; samples += cuts[c++])
+		err = submit(stream, samples, cuts[c]);
 	stream->strange = 0;
+	slot = ring_claim(&stream->shots);
 	if (!slot)
-		return; /* nobody asks; its number will be missed */
+		return err; /* nobody asks: its number will be missed */
 	*slot = shot;
 	ring_publish(&stream->shots);
+	return err;
 }
 
-/* Dark samples up to the next shot, or the next part of one. */
+/* Dark samples up to the next shot, or that shot. */
 static int send_next(struct usb_stream *stream)
 {
 	int64_t dark = stream->pace.shot_sample - stream->end_sample;
 	uint32_t most = stream->wave.period;
 
-	if (stream->cut == stream->cut_count && dark > 0)
+	if (dark > 0)
 		return submit(stream, NULL, dark > most ? most : (uint32_t)dark);
-	if (stream->cut == stream->cut_count)
-		make_shot(stream);
-	uint32_t length = stream->cuts[stream->cut];
-	int err = submit(stream, stream->samples + stream->sent, length);
-
-	stream->sent += length;
-	stream->cut++;
-	return err;
+	return send_shot(stream);
 }
 
 static void lose(struct usb_stream *stream, int err)
@@ -120,7 +118,7 @@ static bool is_over(const struct usb_stream *stream)
 static void refill(struct usb_stream *stream)
 {
 	while (!stream->starved && !atomic_load(&stream->lost) &&
-	       pending(stream) < stream->write_count &&
+	       pending(stream) + USB_WAVE_CUTS_MAX <= stream->write_count &&
 	       stream->end_sample - atomic_load(&stream->taken_sample) < stream->lead) {
 		if (!in_time(stream)) {
 			stream->starved = true;
@@ -221,21 +219,16 @@ static int begin(struct usb_stream *stream)
 	}
 	usb_pace_begin(&stream->pace, &stream->wave, stream->period_ns, first, before_ns, after_ns);
 	usb_pace_seek(&stream->pace, stream->end_sample);
-	stream->cut = stream->cut_count = 0;
 	stream->beginning = stream->starved = false;
 	publish(stream);
 	refill(stream);
 	return atomic_load(&stream->lost);
 }
 
-/* What was submitted is still put out; the rest of its last shot never is. */
+/* What was submitted is still put out. */
 static void begin_again(struct usb_stream *stream)
 {
-	bool half = stream->cut < stream->cut_count;
-
 	stream->strange |= UINT32_C(1) << PULSE_UNDERRUN;
-	if (half && stream->wave.hd_cut)
-		stream->strange |= UINT32_C(1) << PULSE_HD_SKIPPED;
 	drain(stream);
 	int err = is_over(stream) ? 0 : begin(stream);
 	if (err)

@@ -34,14 +34,12 @@ struct usb_stream {
 	bool running;
 	/* the thread that streams; the control thread before it starts */
 	struct usb_pace pace;
-	uint64_t submitted, done;                         /* writes */
-	int64_t end_sample;                               /* of all that was submitted */
-	uint32_t cuts[USB_WAVE_CUTS_MAX], cut_count, cut; /* of the shot that is being sent */
-	uint32_t sent;                                    /* samples of it */
-	uint32_t strange;                                 /* events before the next shot */
-	bool beginning;                                   /* nothing is refilled yet */
-	bool starved;     /* the adapter runs, or ran, out of samples */
-	int64_t moved_ns; /* when something was taken last */
+	uint64_t submitted, done; /* writes */
+	int64_t end_sample;       /* of all that was submitted */
+	uint32_t strange;         /* events before the next shot */
+	bool beginning;           /* nothing is refilled yet */
+	bool starved;             /* the adapter runs, or ran, out of samples */
+	int64_t moved_ns;         /* when something was taken last */
 	/* atomic, any thread */
 	_Atomic bool stopping;
 	_Atomic int lost;             /* errno */

@@ -14,6 +14,7 @@
 #include <linux/usb/raw_gadget.h>
 
 #define CONTROL_MAX_BYTES 1024
+#define PACKET_MAX_BYTES 512
 #define STRING_MAX 126 /* of a descriptor's 255 bytes, two each */
 
 int usb_device_open(int *out_fd, unsigned int bus)
@@ -181,4 +182,21 @@ int usb_device_send(int fd, int endpoint, const void *data, size_t bytes)
 		err = -errno;
 	free(io);
 	return err;
+}
+
+int usb_device_take(int fd, int endpoint, void *data, size_t bytes)
+{
+	union {
+		struct usb_raw_ep_io io;
+		uint8_t bytes[sizeof(struct usb_raw_ep_io) + PACKET_MAX_BYTES];
+	} transfer = {.io = {.ep = (uint16_t)endpoint, .length = (uint32_t)bytes}};
+
+	if (bytes > PACKET_MAX_BYTES)
+		return -EMSGSIZE;
+	int count = ioctl(fd, USB_RAW_IOCTL_EP_READ, &transfer);
+
+	if (count < 0)
+		return -errno;
+	memcpy(data, transfer.io.data, (size_t)count);
+	return count;
 }

@@ -39,3 +39,6 @@ int usb_device_enable(int fd, const struct usb_endpoint_descriptor *endpoint);
 
 /* Waits until the host has taken all of it. -EINTR after a signal: the rest is thrown away. */
 int usb_device_send(int fd, int endpoint, const void *data, size_t bytes);
+
+/* Waits for a packet of the host's. Returns its bytes, at most `bytes`, or a negative errno. */
+int usb_device_take(int fd, int endpoint, void *data, size_t bytes);

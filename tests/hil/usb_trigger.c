@@ -1,0 +1,521 @@
+/*
+ * The usb trigger on emulated adapters: usb_trigger BUILD. Truth is what the emulator (bit_bang.c)
+ * had on its lines, sample by sample. The kernel's serial driver is loaded, and takes every
+ * adapter.
+ */
+#include <errno.h>
+#include <fcntl.h>
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "base/clock.h"
+#include "drivers/trigger_usb.h"
+#include "drivers/usb_wave.h"
+#include "tests/hil/bit_bang.h"
+
+#define SHOTS 50     /* in 10 s */
+#define STALL_MS 250 /* more than the adapter's memory and the emulator's patience */
+#define LONG_STALL_MS 2000
+#define STALLED_SHOTS 24
+#define SEEN_NS (5 * NS_PER_MS) /* the emulator sees what comes to it as late as that */
+#define RECORDS_MAX 20000
+#define PATIENCE_NS (10 * NS_PER_S)
+#define PACKET_BYTES 512
+#define TRACE "/tmp/bit_bang.trace"
+#define PPM "80"
+#define IR (1 << 5)
+#define STROBE (1 << 6)
+#define HD (1 << 7)
+#define ADAPTERS 2
+
+static const struct trigger_driver *const driver = &usb_trigger_driver;
+static const uint8_t bits[PULSE_LINE_COUNT] = {IR, STROBE, HD};
+static const char *build;
+static pid_t adapters[ADAPTERS];
+
+static const struct trigger_plan plan = {
+	.period_ns = 200 * NS_PER_MS,
+	.ir_exposure_ns = 60 * NS_PER_MS,
+	.strobe_delay_ns = 4 * NS_PER_MS,
+	.strobe_width_ns = 50 * NS_PER_MS,
+	.strobe_duty_max = 0.5,
+	.hd_divider = 4,
+	.hd_phase = 1,
+	.hd_delay_ns = 110 * NS_PER_MS,
+	.hd_exposure_ns = 20 * NS_PER_MS,
+};
+
+static struct trace {
+	struct bit_bang_record records[RECORDS_MAX];
+	int count;
+} trace;
+
+/* Of one line in the trace. */
+struct pulse_seen {
+	int64_t begin, end; /* samples */
+	int64_t begin_ns;
+};
+
+static void plug_in(int index, const char *serial, const char *product)
+{
+	char path[256], bus[4];
+
+	snprintf(path, sizeof(path), "%s/tests/hil/bit_bang", build);
+	snprintf(bus, sizeof(bus), "%d", index);
+	pid_t child = fork();
+
+	if (child == 0) {
+		prctl(PR_SET_PDEATHSIG, SIGKILL);
+		execl(path, path, "--bus", bus, "--serial", serial, "--product", product, "--ppm",
+		      PPM, "--trace", index ? "/dev/null" : TRACE, NULL);
+		_exit(127);
+	}
+	assert_true(child > 0);
+	adapters[index] = child;
+}
+
+static void unplug(int index)
+{
+	if (adapters[index] <= 0)
+		return;
+	kill(adapters[index], SIGKILL);
+	waitpid(adapters[index], NULL, 0);
+	adapters[index] = 0;
+}
+
+static int begin(void **state)
+{
+	(void)state;
+	unlink(TRACE);
+	plug_in(0, "EMU0", "6014");
+	return 0;
+}
+
+static int end(void **state)
+{
+	(void)state;
+	for (int a = 0; a < ADAPTERS; a++)
+		unplug(a);
+	return 0;
+}
+
+static void wait_ms(int64_t time_ms)
+{
+	clock_sleep_until(clock_now_ns() + time_ms * NS_PER_MS);
+}
+
+/* What is said within PATIENCE_NS: the kernel takes a while to see what was plugged in or out. */
+static void await_refusal(const char *rest, int err, const char *word, const char *other)
+{
+	int64_t until_ns = clock_now_ns() + PATIENCE_NS;
+	bool told = false;
+
+	while (!told) {
+		struct trigger *trigger = NULL;
+		struct diag diag = {0};
+		int got = driver->open(&trigger, rest, &diag);
+
+		told = got == err && diag.count == 1 && strstr(diag.text, word) &&
+		       strstr(diag.text, other);
+		if (told)
+			print_message("# %s", diag.text);
+		else if (clock_now_ns() > until_ns)
+			fail_msg("%s: %d, %s", rest, got, diag.text ? diag.text : "nothing");
+		diag_finish(&diag);
+		driver->close(trigger);
+		if (!told)
+			wait_ms(100);
+	}
+}
+
+static struct trigger *await_trigger(const char *rest)
+{
+	int64_t until_ns = clock_now_ns() + PATIENCE_NS;
+	struct trigger *trigger = NULL;
+	struct diag diag = {0};
+
+	while (driver->open(&trigger, rest, &diag) && clock_now_ns() < until_ns) {
+		diag_finish(&diag);
+		wait_ms(100);
+	}
+	if (!trigger)
+		fail_msg("%s: %s", rest, diag.text);
+	diag_finish(&diag);
+	return trigger;
+}
+
+static void arm(struct trigger *trigger)
+{
+	struct diag diag = {0};
+
+	if (driver->arm(trigger, &plan, &diag))
+		fail_msg("%s", diag.text);
+}
+
+static struct edge next_edge(struct trigger *trigger)
+{
+	int64_t until_ns = clock_now_ns() + PATIENCE_NS;
+	struct edge edge;
+	int err;
+
+	do
+		err = driver->next(trigger, 100 * NS_PER_MS, &edge);
+	while (err == -ETIMEDOUT && clock_now_ns() < until_ns);
+	assert_int_equal(err, 0);
+	return edge;
+}
+
+static void read_trace(void)
+{
+	int fd = open(TRACE, O_RDONLY | O_CLOEXEC);
+
+	assert_true(fd >= 0);
+	trace.count = (int)(read(fd, trace.records, sizeof(trace.records)) /
+			    (ssize_t)sizeof(trace.records[0]));
+	close(fd);
+	assert_in_range(trace.count, 1, RECORDS_MAX - 1);
+}
+
+static int find_pulses(uint32_t bit, struct pulse_seen *out, int max)
+{
+	uint32_t was = 0;
+	int count = 0;
+
+	for (int r = 0; r < trace.count; r++) {
+		const struct bit_bang_record *record = &trace.records[r];
+
+		if (record->kind != BIT_BANG_LINES)
+			continue;
+		assert_true(count < max);
+		if (record->levels & bit & ~was)
+			out[count] = (struct pulse_seen){.begin = record->sample,
+							 .begin_ns = record->time_ns};
+		if (was & bit & ~record->levels)
+			out[count++].end = record->sample;
+		was = record->levels;
+	}
+	assert_int_equal(was & bit, 0);
+	return count;
+}
+
+static int count_kind(enum bit_bang_kind kind)
+{
+	int count = 0;
+
+	for (int r = 0; r < trace.count; r++)
+		count += trace.records[r].kind == kind;
+	return count;
+}
+
+/* Once it was lit, how often it had no samples. */
+static int count_gaps(int64_t from_ns, int64_t to_ns)
+{
+	int count = 0;
+
+	for (int r = 0; r < trace.count; r++)
+		count += trace.records[r].kind == BIT_BANG_BEGIN &&
+			 trace.records[r].time_ns > from_ns && trace.records[r].time_ns < to_ns;
+	return count;
+}
+
+static void print_gaps(int64_t now_ns)
+{
+	for (int r = 0; r < trace.count; r++)
+		if (trace.records[r].kind == BIT_BANG_BEGIN)
+			print_message("# no samples until %.1f ms before, at sample %ld\n",
+				      (double)(now_ns - trace.records[r].time_ns) / NS_PER_MS,
+				      (long)trace.records[r].sample);
+}
+
+/* Every sample of every pulse, and when it was by the clock. */
+static void check_shots(const struct edge *edges, int count)
+{
+	static struct pulse_seen irs[RECORDS_MAX], strobes[RECORDS_MAX], hds[RECORDS_MAX];
+	int ir_count = find_pulses(IR, irs, RECORDS_MAX);
+	int strobe_count = find_pulses(STROBE, strobes, RECORDS_MAX);
+	int hd_count = find_pulses(HD, hds, RECORDS_MAX);
+	int64_t worst_ns = 0, bound_ns = 0;
+	struct usb_wave wave;
+	int i = 0, h = 0;
+
+	assert_int_equal(usb_wave_make(&wave, &plan, bits, PACKET_BYTES, "", NULL), 0);
+	assert_int_equal(ir_count, strobe_count);
+	for (int e = 0; e < count; e++) {
+		int64_t begin_ns = edges[e].edge_ns - wave.edge_off_ns;
+
+		while (i < ir_count && irs[i].begin_ns < begin_ns - plan.period_ns / 2)
+			i++;
+		assert_true(i < ir_count);
+		int64_t begin = irs[i].begin, off_ns = llabs(irs[i].begin_ns - begin_ns);
+
+		if (off_ns > edges[e].uncertainty_ns + SEEN_NS)
+			print_gaps(edges[e].edge_ns);
+		if (off_ns > edges[e].uncertainty_ns + SEEN_NS)
+			fail_msg("shot %d: %ld ns off, told %ld", (int)edges[e].shot, (long)off_ns,
+				 (long)edges[e].uncertainty_ns);
+		worst_ns = off_ns > worst_ns ? off_ns : worst_ns;
+		bound_ns = edges[e].uncertainty_ns;
+		assert_int_equal(irs[i].end - begin, wave.pulses[PULSE_IR].end);
+		assert_int_equal(strobes[i].begin - begin, wave.pulses[PULSE_STROBE].begin);
+		assert_int_equal(strobes[i].end - begin, wave.pulses[PULSE_STROBE].end);
+		while (h < hd_count && hds[h].begin < begin)
+			h++;
+		bool fired = h < hd_count && hds[h].begin < begin + wave.period;
+		assert_int_equal(fired, edges[e].shot % 4 == 1);
+		if (fired)
+			assert_int_equal(hds[h].begin - begin, wave.pulses[PULSE_HD].begin);
+		if (fired)
+			assert_int_equal(hds[h].end - begin, wave.pulses[PULSE_HD].end);
+		if (edges[e].shot && !edges[e].missed)
+			assert_in_range(begin - irs[i - 1].begin, wave.period - wave.slack,
+					wave.period + wave.slack);
+	}
+	print_message("# %d shots, %.2f ms from the truth at most, bound %.2f ms\n", count,
+		      (double)worst_ns / NS_PER_MS, (double)bound_ns / NS_PER_MS);
+	assert_int_equal(count_kind(BIT_BANG_LIT), 0);
+}
+
+/* A helper stops this process, every thread of it, and lets it go on. */
+static void stand_still(int64_t time_ms)
+{
+	pid_t self = getpid(), helper = fork();
+
+	if (helper == 0) {
+		kill(self, SIGSTOP);
+		wait_ms(time_ms);
+		kill(self, SIGCONT);
+		_exit(0);
+	}
+	assert_true(helper > 0);
+	waitpid(helper, NULL, 0);
+}
+
+static bool has_event(const struct edge *edge, enum pulse_event event)
+{
+	return edge->events >> event & 1;
+}
+
+static void edges_are_exact_to_the_sample_for_ten_seconds_and_after_a_restart(void **state)
+{
+	static struct edge edges[2 * SHOTS];
+	struct trigger *trigger = await_trigger("EMU0");
+	int count = 0, half = SHOTS + 1; /* not at a multiple of four */
+
+	(void)state;
+	for (int run = 0; run < 2; run++) {
+		int first = count, last = run ? half + 12 : half;
+
+		arm(trigger);
+		while (count < last) {
+			edges[count] = next_edge(trigger);
+			assert_int_equal(edges[count].shot, count - first);
+			assert_int_equal(edges[count].missed, 0);
+			assert_int_equal(edges[count].events, 0);
+			if (++count == SHOTS / 2)
+				stand_still(STALL_MS);
+		}
+		driver->disarm(trigger);
+	}
+	driver->close(trigger);
+	read_trace();
+	check_shots(edges, count);
+	assert_int_equal(count_gaps(edges[0].edge_ns, edges[half - 1].edge_ns), 0);
+	assert_int_equal(count_gaps(edges[half].edge_ns, edges[count - 1].edge_ns), 0);
+}
+
+static void longer_stall_is_named_and_shots_go_on_by_their_time(void **state)
+{
+	static struct edge edges[STALLED_SHOTS];
+	struct trigger *trigger = await_trigger("EMU0");
+	uint32_t missed = 0, underruns = 0;
+
+	(void)state;
+	arm(trigger);
+	for (int i = 0; i < STALLED_SHOTS; i++) {
+		edges[i] = next_edge(trigger);
+		missed += edges[i].missed;
+		underruns += has_event(&edges[i], PULSE_UNDERRUN);
+		if (i)
+			assert_int_equal(edges[i].shot, edges[i - 1].shot + 1 + edges[i].missed);
+		if (i == 10)
+			stand_still(LONG_STALL_MS);
+	}
+	driver->close(trigger);
+	read_trace();
+	check_shots(edges, STALLED_SHOTS);
+	print_message("# %u missed in %d ms\n", missed, LONG_STALL_MS);
+	assert_in_range(missed, 5, 20);
+	assert_int_equal(underruns, 1);
+	int64_t passed_ns = edges[STALLED_SHOTS - 1].edge_ns - edges[0].edge_ns;
+	assert_true(llabs(passed_ns - (int64_t)(edges[STALLED_SHOTS - 1].shot - edges[0].shot) *
+					      plan.period_ns) <
+		    edges[STALLED_SHOTS - 1].uncertainty_ns + edges[0].uncertainty_ns + SEEN_NS);
+}
+
+static void adapters_are_told_apart_by_their_serial_numbers(void **state)
+{
+	struct trigger *trigger;
+
+	(void)state;
+	plug_in(1, "EMU1", "6014");
+	await_refusal("", -EINVAL, "there are 2 adapters", "EMU1");
+	trigger = await_trigger("EMU1,strobe=D3");
+	await_refusal("EMU1", -EBUSY, "another program", "EMU1");
+	await_refusal("EMU2", -ENODEV, "no such adapter", "EMU0");
+	driver->close(trigger);
+	driver->close(await_trigger("EMU0"));
+}
+
+static void wrong_chip_is_named_and_so_is_none(void **state)
+{
+	(void)state;
+	unplug(0);
+	await_refusal("EMU0", -ENODEV, "no FT232H adapter", "plug one in");
+	plug_in(0, "EMU0", "6001");
+	await_refusal("EMU0", -ENODEV, "FT232R (0403:6001)", "plug in an FT232H");
+}
+
+static void await_serial_port(bool wanted)
+{
+	int64_t until_ns = clock_now_ns() + PATIENCE_NS;
+
+	while ((access("/dev/ttyUSB0", F_OK) == 0) != wanted && clock_now_ns() < until_ns)
+		wait_ms(50);
+	assert_int_equal(access("/dev/ttyUSB0", F_OK) == 0, wanted);
+}
+
+static void serial_driver_lets_go_and_does_not_come_back(void **state)
+{
+	struct trigger *trigger;
+
+	(void)state;
+	await_serial_port(true);
+	trigger = await_trigger("EMU0");
+	await_serial_port(false);
+	driver->close(trigger);
+	wait_ms(300);
+	await_serial_port(false);
+	driver->close(await_trigger("EMU0"));
+}
+
+/* As a user who may not. */
+static void adapter_that_may_not_be_opened_is_told_with_the_group(void **state)
+{
+	int status;
+
+	(void)state;
+	driver->close(await_trigger("EMU0"));
+	pid_t child = fork();
+
+	if (child == 0) {
+		struct trigger *trigger = NULL;
+		struct diag diag = {0};
+
+		if (setuid(65534))
+			_exit(2);
+		int err = driver->open(&trigger, "EMU0", &diag);
+		_exit(err == -EACCES && diag.count == 1 && strstr(diag.text, "stage-operator") ? 0
+											       : 1);
+	}
+	waitpid(child, &status, 0);
+	assert_int_equal(status, 0);
+}
+
+static void adapter_that_is_unplugged_is_told_and_opens_again_when_it_is_back(void **state)
+{
+	struct trigger *trigger = await_trigger("EMU0");
+	int64_t until_ns;
+	struct edge edge;
+	int err;
+
+	(void)state;
+	arm(trigger);
+	for (int i = 0; i < 3; i++)
+		next_edge(trigger);
+	unplug(0);
+	until_ns = clock_now_ns() + PATIENCE_NS;
+	do
+		err = driver->next(trigger, 100 * NS_PER_MS, &edge);
+	while ((err == 0 || err == -ETIMEDOUT) && clock_now_ns() < until_ns);
+	assert_true(err == -ENODEV || err == -EIO);
+	driver->disarm(trigger);
+	driver->close(trigger);
+	await_refusal("EMU0", -ENODEV, "no FT232H adapter", "plug one in");
+	plug_in(0, "EMU0", "6014");
+	trigger = await_trigger("EMU0");
+	arm(trigger);
+	next_edge(trigger);
+	driver->close(trigger);
+}
+
+static pid_t start_victim(void)
+{
+	pid_t child = fork();
+
+	if (child == 0) {
+		struct trigger *trigger = await_trigger("EMU0");
+		struct edge edge;
+
+		arm(trigger);
+		for (;;)
+			driver->next(trigger, 100 * NS_PER_MS, &edge);
+	}
+	assert_true(child > 0);
+	return child;
+}
+
+/* The times of the kills go over the shot, so that some are in mid-pulse. */
+static void lines_of_a_killed_process_are_dark(void **state)
+{
+	(void)state;
+	for (int i = 0; i < 4; i++) {
+		pid_t victim = start_victim();
+		int64_t killed_ns;
+
+		wait_ms(1500 + 17 * i);
+		kill(victim, SIGKILL);
+		killed_ns = clock_now_ns();
+		waitpid(victim, NULL, 0);
+		wait_ms(400);
+		read_trace();
+		const struct bit_bang_record *last = &trace.records[trace.count - 1];
+
+		assert_int_equal(last->levels, 0);
+		assert_true(last->time_ns < killed_ns + plan.period_ns);
+		assert_true(last->time_ns > killed_ns - 2 * plan.period_ns);
+		assert_int_equal(count_kind(BIT_BANG_LIT), 0);
+	}
+}
+
+int main(int argc, char **argv)
+{
+#define PLUGGED(name) cmocka_unit_test_setup_teardown(name, begin, end)
+	const struct CMUnitTest tests[] = {
+		PLUGGED(serial_driver_lets_go_and_does_not_come_back),
+		PLUGGED(edges_are_exact_to_the_sample_for_ten_seconds_and_after_a_restart),
+		PLUGGED(longer_stall_is_named_and_shots_go_on_by_their_time),
+		PLUGGED(adapters_are_told_apart_by_their_serial_numbers),
+		PLUGGED(wrong_chip_is_named_and_so_is_none),
+		PLUGGED(adapter_that_may_not_be_opened_is_told_with_the_group),
+		PLUGGED(adapter_that_is_unplugged_is_told_and_opens_again_when_it_is_back),
+		PLUGGED(lines_of_a_killed_process_are_dark),
+	};
+
+	if (argc != 2) {
+		fprintf(stderr, "usage: %s BUILD\n", argv[0]);
+		return EXIT_FAILURE;
+	}
+	build = argv[1];
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
