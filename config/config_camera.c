@@ -10,6 +10,8 @@
 #include "config/masks.h"
 
 static const char *const roles[] = {"ir", "hd", NULL};
+static const char *const clocks[] = {"device", "ptp", NULL};
+static const char *const receives[] = {"socket", "packets", NULL};
 static const char *const shutters[] = {"unknown", "global", "rolling", NULL};
 
 #define CAMERA_AT(member) offsetof(struct config_camera, member)
@@ -84,6 +86,8 @@ static const struct yaml_key camera_keys[] = {
 	{"shutter", YAML_CHOICE, CAMERA_AT(wanted.shutter), .choices = shutters},
 	{"row_time_us", YAML_MICROS, CAMERA_AT(wanted.row_time_ns), .min = 0.1, .max = 1000,
 	 .unit = "microseconds"},
+	{"clock", YAML_CHOICE, CAMERA_AT(wanted.clock), .choices = clocks},
+	{"receive", YAML_CHOICE, CAMERA_AT(wanted.receive), .choices = receives},
 	{"controls", YAML_CUSTOM, .read = read_controls},
 	{"mask", YAML_CUSTOM, .read = read_mask},
 	{"electrons_per_grey", YAML_DOUBLE, CAMERA_AT(electrons_per_grey), .min = 0.01, .max = 1e5},

@@ -102,6 +102,17 @@ static void print_lost(const json_t *lost)
 		       text_of(lost, "why"));
 }
 
+/* Those that are less than what the config asks for. */
+static void print_facts(const json_t *camera)
+{
+	size_t index;
+	json_t *name;
+
+	json_array_foreach(json_object_get(camera, "facts_short"), index, name)
+		printf("%13s%s: %s\n", "", json_string_value(name),
+		       text_of(json_object_get(camera, "facts"), json_string_value(name)));
+}
+
 static void print_cameras(const json_t *cameras)
 {
 	size_t index;
@@ -124,6 +135,7 @@ static void print_cameras(const json_t *cameras)
 		print_ledger(json_object_get(camera, "ledger"));
 		print_lost(json_object_get(camera, "lost"));
 		print_hd(json_object_get(camera, "hd"));
+		print_facts(camera);
 	}
 }
 

@@ -128,6 +128,24 @@ static json_t *granted_json(const struct camera_mode *granted)
 			 "exposure_us", (double)granted->exposure_ns / NS_PER_US);
 }
 
+/* Empty where the driver says nothing of itself, or the device is lost; `short_of` gets the names
+ * of those that are less than what the config asks for. */
+static json_t *facts_json(const struct open_camera *device, json_t *short_of)
+{
+	struct camera_fact facts[CAMERA_FACT_MAX];
+	json_t *json = json_object();
+	int count = device->camera && device->driver->facts
+			    ? device->driver->facts(device->camera, facts)
+			    : 0;
+
+	for (int i = 0; i < count; i++) {
+		json_object_set_new(json, facts[i].name, json_string(facts[i].text));
+		if (facts[i].falls_short)
+			json_array_append_new(short_of, json_string(facts[i].name));
+	}
+	return json;
+}
+
 /* Empty where the driver counts nothing of its own, or the device is lost. */
 static json_t *device_json(const struct open_camera *device)
 {
@@ -160,6 +178,10 @@ static json_t *camera_json(const struct station *station, uint32_t index,
 
 	json_object_set_new(camera, "granted", granted_json(granted));
 	json_object_set_new(camera, "device", device_json(&capture->device));
+	json_t *short_of = json_array();
+
+	json_object_set_new(camera, "facts", facts_json(&capture->device, short_of));
+	json_object_set_new(camera, "facts_short", short_of);
 	set_count(camera, "frames", &capture->counters.frames);
 	set_count(camera, "missing", &capture->counters.missing);
 	if (capture->role == ROLE_HD)

@@ -11,9 +11,11 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "base/log.h"
 #include "base/realtime.h"
 #include "drivers/aravis_stream.h"
 
+#define CLOCK_TRIES 8
 #define PATH_BOUND_NS (300 * NS_PER_US) /* of a first packet, where no clock reading tells */
 
 /* Any thread. */
@@ -23,6 +25,14 @@ static void on_gone(void *user)
 
 	camera->gone = true;
 	sem_post(&camera->ready);
+}
+
+/* The watch's thread. */
+static void on_look(void *user)
+{
+	struct aravis_camera *camera = user;
+
+	aravis_ptp_look(&camera->ptp);
 }
 
 /* Aravis' heartbeat thread: another program took the camera, or it was started anew. */
@@ -77,6 +87,9 @@ static int aravis_configure(struct camera *base, const struct camera_mode *wante
 	if (error)
 		return error;
 	camera->rows = rows_of(&camera->mode);
+	camera->wanted_receive = wanted->receive;
+	aravis_ptp_set(&camera->ptp, camera->device, wanted->clock);
+	camera->mode.clock = camera->ptp.on ? CAMERA_CLOCK_PTP : CAMERA_CLOCK_DEVICE;
 	*granted = camera->mode;
 	return 0;
 }
@@ -91,9 +104,18 @@ static void start_clock(struct aravis_camera *camera)
 						 : camera->mode.exposure_ns,
 		.path_bound_ns = PATH_BOUND_NS,
 	};
-	if (aravis_read_clock(camera->device, &reading) == 0)
+	if (aravis_read_clock(camera->device, CLOCK_TRIES, &reading) == 0)
 		clock_map_anchor(&camera->clock, reading.device_ns, reading.host_ns,
 				 reading.bound_ns);
+}
+
+static void warn_of_clock(const struct aravis_camera *camera)
+{
+	struct camera_fact clock;
+
+	aravis_ptp_tell(&camera->ptp, &clock);
+	if (clock.falls_short)
+		log_warning("%s: clock: %s", camera->address, clock.text);
 }
 
 static void aravis_stop(struct camera *base);
@@ -106,6 +128,7 @@ static int start_watch(struct aravis_camera *camera)
 	camera->watch = (struct aravis_watch){.ip = aravis_ip(camera->device),
 					      .frames = &camera->started_count,
 					      .gone = on_gone,
+					      .look = on_look,
 					      .user = camera};
 	return aravis_watch_init(&camera->watch);
 }
@@ -124,7 +147,10 @@ static int aravis_start(struct camera *base, struct diag *diag)
 	camera->started_count = 0;
 	camera->done_count = 0;
 	camera->counter = (struct frame_counter){0};
+	camera->last_ns = 0;
 	start_clock(camera);
+	aravis_ptp_look(&camera->ptp);
+	warn_of_clock(camera);
 	result = aravis_stream_open(camera, payload_bytes, diag);
 	if (result)
 		goto fail;
@@ -234,7 +260,13 @@ static void stamp(struct aravis_camera *camera, const struct aravis_slot *slot, 
 	int64_t device_ns = (int64_t)arv_buffer_get_timestamp(slot->buffer);
 
 	clock_map_sample(&camera->clock, device_ns, slot->leader_ns);
-	out->mid_exposure_ns = clock_map_host_ns(&camera->clock, device_ns, &out->uncertainty_ns);
+	if (!aravis_ptp_host_ns(&camera->ptp, device_ns, &out->mid_exposure_ns,
+				&out->uncertainty_ns))
+		out->mid_exposure_ns =
+			clock_map_host_ns(&camera->clock, device_ns, &out->uncertainty_ns);
+	if (out->mid_exposure_ns <= camera->last_ns) /* the other clock counts now */
+		out->mid_exposure_ns = camera->last_ns + 1;
+	camera->last_ns = out->mid_exposure_ns;
 	if (!camera->stamps_middle)
 		out->mid_exposure_ns += camera->mode.exposure_ns / 2;
 	out->mid_exposure_ns += camera->rows.middle_ns;
@@ -281,28 +313,9 @@ static void aravis_release(struct camera *base, struct frame *frame)
 	frame->token = NULL;
 }
 
-/* Aravis' own counts, which it keeps for a stream while that is there. */
-static int aravis_counts(const struct camera *base, struct camera_count out[CAMERA_COUNT_MAX])
-{
-	static const char *const names[] = {
-		"n_completed_buffers", "n_failures",         "n_underruns",
-		"n_missing_frames",    "n_received_packets", "n_missing_packets",
-		"n_resend_requests",   "n_resent_packets",   "n_ignored_packets",
-	};
-	const struct aravis_camera *camera = (const struct aravis_camera *)base;
-	int count = 0;
-
-	for (guint i = 0; camera->stream && i < arv_stream_get_n_infos(camera->stream); i++)
-		for (size_t n = 0; n < sizeof(names) / sizeof(names[0]); n++)
-			if (strcmp(names[n], arv_stream_get_info_name(camera->stream, i)) == 0)
-				out[count++] = (struct camera_count){
-					names[n] + strlen("n_"),
-					arv_stream_get_info_uint64(camera->stream, i)};
-	return count;
-}
-
 const struct camera_driver aravis_camera_driver = {
 	.name = "aravis",
+	.has_network = true,
 	.list = aravis_list,
 	.open = aravis_open,
 	.close = aravis_close,
@@ -312,4 +325,5 @@ const struct camera_driver aravis_camera_driver = {
 	.acquire = aravis_acquire,
 	.release = aravis_release,
 	.counts = aravis_counts,
+	.facts = aravis_facts,
 };

@@ -7,8 +7,6 @@
 #include "base/clock.h"
 #include "drivers/aravis_device.h"
 
-#define TRIES 8
-
 /* GigE Vision bootstrap registers. */
 enum {
 	REGISTER_TIMESTAMP_CONTROL = 0x0944,
@@ -50,7 +48,7 @@ static int read_once(ArvDevice *device, guint64 ticks_per_s, struct device_clock
 	return 0;
 }
 
-int aravis_read_clock(ArvCamera *device, struct device_clock *out)
+int aravis_read_clock(ArvCamera *device, int tries, struct device_clock *out)
 {
 	ArvDevice *registers = arv_camera_get_device(device);
 	guint64 ticks_per_s = 0;
@@ -61,7 +59,7 @@ int aravis_read_clock(ArvCamera *device, struct device_clock *out)
 			arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(registers), NULL);
 	if (!ticks_per_s)
 		return -ENOTSUP;
-	for (int i = 0; i < TRIES; i++) {
+	for (int i = 0; i < tries; i++) {
 		struct device_clock reading;
 		int error = read_once(registers, ticks_per_s, &reading);
 

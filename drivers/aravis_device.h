@@ -47,12 +47,15 @@ struct device_clock {
 	int64_t device_ns, host_ns, bound_ns;
 };
 
-/* The sharpest of several readings; -ENOTSUP when the device has no clock that can be read, -EIO.
+/* The sharpest of `tries` readings; -ENOTSUP when the device has no clock that can be read, -EIO.
  */
-int aravis_read_clock(ArvCamera *device, struct device_clock *out);
+int aravis_read_clock(ArvCamera *device, int tries, struct device_clock *out);
 
 /* Of a GigE Vision device. */
 struct in_addr aravis_ip(ArvCamera *device);
+
+/* Whether this process may have a packet socket. */
+bool aravis_may_have_packets(void);
 
 /* True when the device can send lost packets again. */
 bool aravis_resends(ArvCamera *device);

@@ -25,6 +25,7 @@ struct device_setting {
 	GError *error;
 	bool rate_off; /* its own rate does not hold, so what it says of it is no limit */
 	struct aravis_format format;
+	enum camera_receive receive;
 };
 
 static int failed(struct device_setting *s, const char *doing)
@@ -154,13 +155,16 @@ struct in_addr aravis_ip(ArvCamera *device)
 
 /* The largest packets that pass between camera and host: tried out where the camera has test
  * packets, known on loopback, else left as the camera has it. */
-static int set_packet_size(struct device_setting *s)
+static int set_packets(struct device_setting *s, const struct camera_mode *wanted)
 {
 	if (!arv_camera_is_gv_device(s->device))
 		return 0;
+	s->receive = aravis_may_have_packets() ? wanted->receive : CAMERA_RECEIVE_SOCKET;
+	arv_camera_gv_set_stream_options(s->device,
+					 s->receive == CAMERA_RECEIVE_PACKETS
+						 ? ARV_GV_STREAM_OPTION_NONE
+						 : ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
 	if (ntohl(aravis_ip(s->device).s_addr) >> 24 == IN_LOOPBACKNET) {
-		arv_camera_gv_set_stream_options(s->device,
-						 ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
 		arv_camera_gv_set_packet_size_adjustment(s->device,
 							 ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
 		arv_camera_gv_set_packet_size(s->device, LOOPBACK_PACKET_BYTES, &s->error);
@@ -220,6 +224,7 @@ static void read_mode(struct device_setting *s, const struct camera_mode *wanted
 	*granted = (struct camera_mode){.format = s->format.format,
 					.bits = s->format.bits,
 					.triggered = wanted->triggered,
+					.receive = s->receive,
 					.readout_ns = wanted->readout_ns,
 					.period_ns = period_ns(s)};
 	arv_camera_get_region(s->device, &x, &y, &granted->width_px, &granted->height_px,
@@ -251,7 +256,7 @@ int aravis_configure_device(ArvCamera *device, const char *address,
 	if (!error)
 		error = set_light(&s, wanted);
 	if (!error)
-		error = set_packet_size(&s);
+		error = set_packets(&s, wanted);
 	if (error)
 		return error;
 	arv_camera_set_acquisition_mode(device, ARV_ACQUISITION_MODE_CONTINUOUS, NULL);

@@ -6,6 +6,7 @@
 #include <netinet/in.h>
 #include <stdlib.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include "base/log.h"
 #include "drivers/aravis_device.h"
@@ -36,6 +37,16 @@ static int find_socket(guint16 port)
 	if (open_files)
 		closedir(open_files);
 	return found;
+}
+
+/* For no protocol, so that nothing comes. */
+bool aravis_may_have_packets(void)
+{
+	int fd = socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, 0);
+
+	if (fd >= 0)
+		close(fd);
+	return fd >= 0;
 }
 
 void aravis_widen_socket(ArvStream *stream, const char *address, size_t payload_bytes)

@@ -132,13 +132,15 @@ static int create_stream(struct aravis_camera *camera, size_t payload_bytes, str
 	camera->stream = arv_camera_create_stream(camera->device, on_stream, camera, &error);
 	if (!camera->stream)
 		return aravis_fail(&error, -EIO, camera->address, "stream", diag);
+	camera->resends = aravis_resends(camera->device);
 	if (ARV_IS_GV_STREAM(camera->stream)) {
 		g_object_set(camera->stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED,
 			     "socket-buffer-size", -1, "packet-resend",
-			     aravis_resends(camera->device) ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS
-							    : ARV_GV_STREAM_PACKET_RESEND_NEVER,
+			     camera->resends ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS
+					     : ARV_GV_STREAM_PACKET_RESEND_NEVER,
 			     "packet-timeout", ASK_AGAIN_US, "frame-retention", RETENTION_US, NULL);
-		aravis_widen_socket(camera->stream, camera->address, payload_bytes);
+		if (camera->mode.receive == CAMERA_RECEIVE_SOCKET)
+			aravis_widen_socket(camera->stream, camera->address, payload_bytes);
 	}
 	for (uint32_t i = 0; i < camera->slot_count; i++) {
 		camera->slots[i].held = false;

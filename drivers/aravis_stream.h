@@ -10,6 +10,7 @@
 
 #include "base/ring.h"
 #include "drivers/aravis_device.h"
+#include "drivers/aravis_ptp.h"
 #include "drivers/aravis_watch.h"
 #include "drivers/clock_map.h"
 #include "drivers/frame_counter.h"
@@ -36,9 +37,12 @@ struct aravis_camera {
 	char address[128];
 	ArvCamera *device;
 	struct camera_mode mode;
+	enum camera_receive wanted_receive;
 	struct aravis_rows rows;
 	ArvPixelFormat format;
 	bool stamps_middle;
+	bool resends;
+	struct aravis_ptp ptp;
 	ArvStream *stream;
 	uint8_t *memory; /* of all slots, owned */
 	uint32_t slot_count;
@@ -60,7 +64,12 @@ struct aravis_camera {
 	/* owned by the capture thread */
 	struct frame_counter counter;
 	struct clock_map clock;
+	int64_t last_ns; /* middle of the exposure of the first row, of the last frame */
 };
+
+/* As in camera_driver. */
+int aravis_counts(const struct camera *base, struct camera_count out[CAMERA_COUNT_MAX]);
+int aravis_facts(const struct camera *base, struct camera_fact out[CAMERA_FACT_MAX]);
 
 /* Makes the buffers and the stream into them; the device does not send yet. Returns 0 or a negative
  * errno; -EIO has a message. After a failure too it is to be closed. Control thread. */

@@ -37,6 +37,7 @@ static void *look(void *user)
 			watch->gone(watch->user);
 			return NULL;
 		}
+		watch->look(watch->user);
 	}
 	return NULL;
 }

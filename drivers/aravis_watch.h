@@ -16,6 +16,7 @@ struct aravis_watch {
 	struct in_addr ip;
 	const _Atomic uint32_t *frames; /* grows while frames come */
 	void (*gone)(void *user);       /* once, on the watch's thread */
+	void (*look)(void *user);       /* there too: now and then, while the camera is there */
 	void *user;
 	bool running;
 
@@ -23,7 +24,7 @@ struct aravis_watch {
 	sem_t ending;
 };
 
-/* `watch` with ip, frames, gone and user set stays where it is until finish. Returns 0 or a
+/* `watch` with ip, frames, gone, look and user set stays where it is until finish. Returns 0 or a
  * negative errno. Control thread. */
 int aravis_watch_init(struct aravis_watch *watch);
 void aravis_watch_finish(struct aravis_watch *watch); /* a zeroed one is fine */

@@ -45,6 +45,16 @@ enum camera_shutter {
 	SHUTTER_ROLLING, /* row after row */
 };
 
+/* Of cameras on a network. What cannot be had is done without, and told (camera_driver.facts). */
+enum camera_clock {
+	CAMERA_CLOCK_DEVICE, /* its own, mapped to ours */
+	CAMERA_CLOCK_PTP,    /* kept by IEEE 1588, as the machine's CLOCK_TAI must be too */
+};
+enum camera_receive {
+	CAMERA_RECEIVE_SOCKET,
+	CAMERA_RECEIVE_PACKETS, /* a packet socket: less CPU, later */
+};
+
 /* Wanted by the caller, then what the device will really do. Zero = the device's own choice. */
 struct camera_mode {
 	int width_px, height_px;
@@ -56,7 +66,9 @@ struct camera_mode {
 	enum camera_shutter shutter;
 	int64_t row_time_ns; /* as in struct frame; 0: not known, or global */
 	double gain_db;
-	bool triggered; /* exposes on a trigger edge, not by its own clock */
+	enum camera_clock clock;     /* wanted; only of a driver that has_network */
+	enum camera_receive receive; /* likewise */
+	bool triggered;              /* exposes on a trigger edge, not by its own clock */
 	int control_count;
 	struct camera_control controls[CAMERA_CONTROL_MAX]; /* set last, in this order */
 };
@@ -75,6 +87,15 @@ struct camera_count {
 
 #define CAMERA_COUNT_MAX 16
 
+/* What a driver says of itself in words: which clock counts, how pictures are received. */
+struct camera_fact {
+	const char *name; /* static */
+	char text[120];
+	bool falls_short; /* of what was asked for: an operator should know */
+};
+
+#define CAMERA_FACT_MAX 8
+
 struct camera_driver;
 
 struct camera {
@@ -86,6 +107,7 @@ typedef void camera_found_fn(const struct camera_info *info, void *user);
 struct camera_driver {
 	const char *name;  /* the part of an address before the colon */
 	bool has_controls; /* else a mode with camera_mode.controls is not handed to it */
+	bool has_network;  /* else a mode with another clock or receive than 0 is not */
 
 	/* Calls `found` for every device it can see now. Returns 0 or a negative errno. */
 	int (*list)(camera_found_fn *found, void *user, struct diag *diag);
@@ -114,6 +136,9 @@ struct camera_driver {
 
 	/* NULL where there are none. Since the last start; returns how many. Control thread. */
 	int (*counts)(const struct camera *camera, struct camera_count out[CAMERA_COUNT_MAX]);
+
+	/* Likewise; while it is started. */
+	int (*facts)(const struct camera *camera, struct camera_fact out[CAMERA_FACT_MAX]);
 };
 
 /* Finds the driver of an address ("sim:ir3") in a program's NULL-terminated list; `rest` gets the

@@ -79,6 +79,13 @@ int open_camera_by_config(struct open_camera *out, const struct stage *stage, ui
 			 wanted->name, opened.driver->name);
 		return -EINVAL;
 	}
+	if ((wanted->wanted.clock || wanted->wanted.receive) && !opened.driver->has_network) {
+		diag_add(diag,
+			 "camera %s: clock and receive are for cameras on a network, not for the "
+			 "driver %s: take them out",
+			 wanted->name, opened.driver->name);
+		return -EINVAL;
+	}
 	int err = opened.driver->open(&opened.camera, rest, stage->config.base_dir, diag);
 	if (err)
 		return err;

@@ -12,6 +12,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <arv.h>
@@ -64,7 +65,8 @@ struct gige_stage {
 	int64_t epoch_ns;
 	int width_px, height_px;
 	uint32_t camera_count;
-	bool resend;
+	struct gige_abilities abilities;
+	int64_t master_ahead_ns; /* of CLOCK_MONOTONIC: what cameras that follow PTP show */
 	atomic_bool stopping;
 	struct gige_camera cameras[CAMERA_MAX];
 };
@@ -133,6 +135,15 @@ static bool picture_fits(const struct gige_stage *stage, ArvBuffer *buffer, ArvP
 	       arv_buffer_get_image_height(buffer) == stage->height_px;
 }
 
+/* What the camera's clock shows at `at_ns`: CLOCK_MONOTONIC, or its master's TAI. */
+static int64_t device_ns(const struct gige_camera *camera, int64_t at_ns)
+{
+	guint32 follows = 0;
+
+	arv_fake_camera_read_register(camera->registers, GIGE_REGISTER_PTP_ENABLE, &follows);
+	return at_ns + (follows ? camera->stage->master_ahead_ns : 0);
+}
+
 /* On Aravis' thread of the camera, once per frame, before the frame is sent. */
 static void expose(ArvBuffer *buffer, void *user, guint32 exposure_us, guint32 gain,
 		   ArvPixelFormat format)
@@ -156,7 +167,7 @@ static void expose(ArvBuffer *buffer, void *user, guint32 exposure_us, guint32 g
 	wait_for_pulse(stage, pulse_ns);
 	camera->sent++;
 	camera->late += clock_now_ns() > pulse_ns + LATE_NS;
-	arv_buffer_set_timestamp(buffer, pulse_ns);
+	arv_buffer_set_timestamp(buffer, (guint64)device_ns(camera, pulse_ns));
 	arv_fake_camera_write_register(camera->registers, ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOFTWARE,
 				       1);
 }
@@ -266,7 +277,7 @@ static int check_port_free(const char *address, struct diag *diag)
 static int write_genicam(const struct gige_stage *stage, char path[], struct diag *diag)
 {
 	double rate_hz = (double)NS_PER_S / (double)sim_scene_period_ns(stage->scene);
-	char *xml = gige_genicam_xml(rate_hz, EXPOSURE_US);
+	char *xml = gige_genicam_xml(rate_hz, EXPOSURE_US, stage->abilities.ptp);
 	int fd = mkstemp(path);
 	int error = 0;
 
@@ -309,7 +320,7 @@ static void write_registers(struct gige_camera *camera)
 	arv_fake_camera_write_register(r, ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, 1);
 	arv_fake_camera_write_register(r, ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOURCE, 1);
 	arv_fake_camera_write_register(r, ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOFTWARE, 1);
-	if (stage->resend)
+	if (stage->abilities.resend)
 		arv_fake_camera_write_register(r, REGISTER_CAPABILITY, CAPABILITY_RESEND);
 	arv_fake_camera_set_trigger_frequency(r, POLL_RATE_HZ);
 	arv_fake_camera_set_fill_pattern(r, expose, camera);
@@ -336,13 +347,35 @@ static int start_camera(struct gige_camera *camera, const char *xml_path, struct
 	return 0;
 }
 
-int gige_stage_start(struct gige_stage *stage, bool resend, struct diag *diag)
+/* Of CLOCK_MONOTONIC; by the sharpest of some looks. */
+static int64_t tai_ahead_ns(void)
+{
+	int64_t ahead_ns = 0, sharpest_ns = INT64_MAX;
+
+	for (int i = 0; i < 20; i++) {
+		struct timespec tai;
+		int64_t before_ns = clock_now_ns();
+
+		clock_gettime(CLOCK_TAI, &tai);
+		int64_t took_ns = clock_now_ns() - before_ns;
+
+		if (took_ns < sharpest_ns)
+			ahead_ns = tai.tv_sec * NS_PER_S + tai.tv_nsec - before_ns - took_ns / 2;
+		sharpest_ns = took_ns < sharpest_ns ? took_ns : sharpest_ns;
+	}
+	return ahead_ns;
+}
+
+int gige_stage_start(struct gige_stage *stage, const struct gige_abilities *abilities,
+		     struct diag *diag)
 {
 	char xml_path[] = "/tmp/stage-sim-gige-XXXXXX";
-	int error = write_genicam(stage, xml_path, diag);
+	int error;
 
 	stage->stopping = false;
-	stage->resend = resend;
+	stage->abilities = *abilities;
+	stage->master_ahead_ns = tai_ahead_ns() + abilities->master_ahead_ns;
+	error = write_genicam(stage, xml_path, diag);
 	for (uint32_t i = 0; i < stage->camera_count && !error; i++)
 		error = start_camera(&stage->cameras[i], xml_path, diag);
 	unlink(xml_path);
@@ -385,6 +418,7 @@ void gige_stage_latch(struct gige_stage *stage, int control_fd, int64_t packet_n
 	arv_fake_camera_read_register(camera->registers, REGISTER_TIMESTAMP_CONTROL, &control);
 	if (control != TIMESTAMP_LATCH)
 		return;
+	packet_ns = device_ns(camera, packet_ns);
 	arv_fake_camera_write_register(camera->registers, REGISTER_TIMESTAMP_HIGH,
 				       (guint32)(packet_ns >> 32));
 	arv_fake_camera_write_register(camera->registers, REGISTER_TIMESTAMP_LOW,

@@ -26,10 +26,16 @@ int gige_stage_create(struct gige_stage **out, const struct sim_scene *scene, in
 		      const char *first_address, struct diag *diag);
 void gige_stage_destroy(struct gige_stage *stage); /* accepts NULL; stops it first */
 
-/* Opens every camera's control port: from here on receivers find and start them. They say that they
- * `resend` lost packets, or that they do not. Returns 0, or a negative errno with one message per
- * camera that cannot be served; then none is. */
-int gige_stage_start(struct gige_stage *stage, bool resend, struct diag *diag);
+struct gige_abilities {
+	bool resend;             /* they say that they send lost packets again */
+	bool ptp;                /* they follow PTP when they are told to: a master that is */
+	int64_t master_ahead_ns; /* ... so far from CLOCK_TAI */
+};
+
+/* Opens every camera's control port: from here on receivers find and start them. Returns 0, or a
+ * negative errno with one message per camera that cannot be served; then none is. */
+int gige_stage_start(struct gige_stage *stage, const struct gige_abilities *abilities,
+		     struct diag *diag);
 void gige_stage_stop(struct gige_stage *stage);
 
 /* The camera whose control port is `control_fd` has just answered a packet that came at

@@ -5,6 +5,7 @@
 #include "sim/gige_genicam.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 
 #define CATEGORY(name, features) "<Category Name=\"" name "\">" features "</Category>\n"
 #define FEATURE(name) "<pFeature>" name "</pFeature>"
@@ -78,15 +79,28 @@ static const char XML_FORMAT[] =
 	CATEGORY("TransportLayerControl", FEATURE("PayloadSize"))
 	"<IntSwissKnife Name=\"PayloadSize\"><pVariable Name=\"W\">Width</pVariable>"
 	"<pVariable Name=\"H\">Height</pVariable><Formula>W * H</Formula></IntSwissKnife>\n"
-	"<Port Name=\"Device\"/>\n"
-																/* clang-format on */
-																"</RegisterDescription>\n";
+	"<Port Name=\"Device\"/>\n";
+/* clang-format on */
 
-char *gige_genicam_xml(double rate_hz, double exposure_us)
+/* A camera with PTP is its master's slave as soon as it is told to follow. */
+static const char XML_PTP[] =
+	"<Boolean Name=\"PtpEnable\"><pValue>PtpEnableRegister</pValue></Boolean>\n" REGISTER(
+		"PtpEnableRegister", "0x3f0",
+		"RW") "<Enumeration Name=\"PtpStatus\">" ENTRY("Listening", "4")
+		ENTRY("Slave", "9") "<pValue>PtpState</pValue></Enumeration>\n"
+				    "<IntSwissKnife Name=\"PtpState\"><pVariable "
+				    "Name=\"E\">PtpEnableRegister</pVariable>"
+				    "<Formula>4 + 5 * E</Formula></IntSwissKnife>\n";
+static const char XML_END[] = "</RegisterDescription>\n";
+
+char *gige_genicam_xml(double rate_hz, double exposure_us, bool ptp)
 {
-	char *xml;
+	char *xml, *head;
 
-	if (asprintf(&xml, XML_FORMAT, rate_hz, exposure_us, 0.0) < 0)
+	if (asprintf(&head, XML_FORMAT, rate_hz, exposure_us, 0.0) < 0)
 		return NULL;
+	if (asprintf(&xml, "%s%s%s", head, ptp ? XML_PTP : "", XML_END) < 0)
+		xml = NULL;
+	free(head);
 	return xml;
 }

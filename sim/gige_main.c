@@ -24,7 +24,7 @@ struct arguments {
 	int64_t epoch_ns;
 	const char *first_address;
 	double lost_ratio;
-	bool resend;
+	struct gige_abilities abilities;
 	bool die_with_parent;
 };
 
@@ -38,6 +38,7 @@ static const char usage[] =
 	"  --first-address IP    of camera 0, the others follow; default 127.0.0.11\n"
 	"  --lost-packets RATIO  share of packets lost on the way; default 0\n"
 	"  --resend              lost packets are sent again to who asks for them\n"
+	"  --ptp NS              cameras can follow PTP, whose master is NS from CLOCK_TAI\n"
 	"  --die-with-parent     end when the program that started this one does\n";
 
 static const struct option options[] = {
@@ -48,6 +49,7 @@ static const struct option options[] = {
 	{"epoch-ns", required_argument, NULL, 'e'},
 	{"first-address", required_argument, NULL, 'a'},
 	{"lost-packets", required_argument, NULL, 'l'},
+	{"ptp", required_argument, NULL, 't'},
 	{"resend", no_argument, NULL, 'n'},
 	{"die-with-parent", no_argument, NULL, 'p'},
 	{"help", no_argument, NULL, 'h'},
@@ -112,7 +114,12 @@ static void parse_arguments(struct arguments *a, int argc, char **argv)
 			a->lost_ratio = parse_number("lost-packets", optarg, 0, 1);
 			break;
 		case 'n':
-			a->resend = true;
+			a->abilities.resend = true;
+			break;
+		case 't':
+			a->abilities.ptp = true;
+			a->abilities.master_ahead_ns =
+				parse_integer("ptp", optarg, -INT64_MAX / 2, INT64_MAX / 2);
 			break;
 		case 'p':
 			a->die_with_parent = true;
@@ -166,10 +173,10 @@ static int run(const struct arguments *a, const sigset_t *ending, struct diag *d
 	}
 	if (!error) {
 		gige_loopback_watch(watch, stage);
-		error = gige_losses_begin(a->lost_ratio, a->resend);
+		error = gige_losses_begin(a->lost_ratio, a->abilities.resend);
 	}
 	if (!error)
-		error = gige_stage_start(stage, a->resend, diag);
+		error = gige_stage_start(stage, &a->abilities, diag);
 	if (!error)
 		serve(stage, scene, a, ending);
 	gige_stage_destroy(stage);

@@ -109,16 +109,18 @@ static void every_key_is_read(void **state)
 static void a_tracked_camera_has_a_global_shutter_and_another_one_what_is_written(void **state)
 {
 	(void)state;
-	assert_int_equal(load(HEAD
-			      "cameras:\n- {name: a, address: \"v4l2:a\"}\n"
-			      "- {name: b, address: \"v4l2:b\", role: hd}\n"
-			      "- {name: c, address: \"v4l2:c\", role: hd, row_time_us: 14.8}\n",
+	assert_int_equal(load(HEAD "cameras:\n- {name: a, address: \"v4l2:a\"}\n"
+				   "- {name: b, address: \"v4l2:b\", role: hd}\n"
+				   "- {name: c, address: \"v4l2:c\", role: hd, row_time_us: 14.8, "
+				   "clock: ptp, receive: packets}\n",
 			      NULL),
 			 0);
 	assert_int_equal(config.cameras[0].wanted.shutter, SHUTTER_GLOBAL);
 	assert_int_equal(config.cameras[1].wanted.shutter, SHUTTER_UNKNOWN);
 	assert_int_equal(config.cameras[2].wanted.shutter, SHUTTER_ROLLING);
 	assert_int_equal(config.cameras[2].wanted.row_time_ns, 14800);
+	assert_int_equal(config.cameras[2].wanted.clock, CAMERA_CLOCK_PTP);
+	assert_int_equal(config.cameras[2].wanted.receive, CAMERA_RECEIVE_PACKETS);
 	expect_messages(
 		HEAD
 		"cameras:\n- {name: a, address: \"v4l2:x\", shutter: global, row_time_us: 9}\n",

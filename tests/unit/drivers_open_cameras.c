@@ -98,11 +98,31 @@ static void hd_camera_may_roll(void **state)
 	assert_int_equal(diag.count, 0);
 }
 
+static void settings_of_a_network_are_refused_of_a_driver_without_one(void **state)
+{
+	struct stage *stage = calloc(1, sizeof(*stage));
+	struct open_camera camera;
+	struct diag diag = {0};
+
+	(void)state;
+	assert_non_null(stage);
+	stage->config.camera_count = 1;
+	strcpy(stage->config.cameras[0].name, "ir0");
+	strcpy(stage->config.cameras[0].address, "stub:0");
+	stage->config.cameras[0].wanted.clock = CAMERA_CLOCK_PTP;
+	assert_int_equal(open_camera_by_config(&camera, stage, 0, drivers, &diag), -EINVAL);
+	assert_int_equal(diag.count, 1);
+	assert_non_null(strstr(diag.text, "camera ir0: clock and receive"));
+	diag_finish(&diag);
+	free(stage);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(rolling_shutter_needs_a_strobe_while_all_rows_are_open),
 		cmocka_unit_test(hd_camera_may_roll),
+		cmocka_unit_test(settings_of_a_network_are_refused_of_a_driver_without_one),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);
