@@ -15,7 +15,7 @@
 int aravis_list(camera_found_fn *found, void *user, struct diag *diag);
 
 /* Opens the device and takes control of it. `address` is `aravis:rest`, for messages. -ENODEV,
- * -EHOSTUNREACH, -EBUSY or -EIO with one message. */
+ * -EHOSTUNREACH, -EACCES, -EBUSY or -EIO with one message. */
 int aravis_open_device(ArvCamera **out, const char *address, const char *rest, struct diag *diag);
 
 /* Whether a camera answers at this address: 0, -ECONNREFUSED (a machine, but no camera), -ETIMEDOUT

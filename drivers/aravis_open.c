@@ -3,6 +3,7 @@
  */
 #include <arpa/inet.h>
 #include <errno.h>
+#include <ifaddrs.h>
 #include <poll.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,11 +16,30 @@
 #define PROBE_TRIES 3
 #define PROBE_WAIT_MS 300
 
+static const char *remedy(const GError *error)
+{
+	if (!error || error->domain != ARV_DEVICE_ERROR)
+		return "start it anew, or leave this to the camera";
+	switch (error->code) {
+	case ARV_DEVICE_ERROR_TIMEOUT:
+		return "it does not answer: check power and cable";
+	case ARV_DEVICE_ERROR_NOT_CONNECTED:
+	case ARV_DEVICE_ERROR_NOT_CONTROLLER:
+	case ARV_DEVICE_ERROR_PROTOCOL_ERROR_ACCESS_DENIED:
+	case ARV_DEVICE_ERROR_PROTOCOL_ERROR_BUSY:
+		return "another program took it, or it was started anew: end that program";
+	case ARV_DEVICE_ERROR_GENICAM_NOT_FOUND:
+		return "it does not describe itself: start it anew, or update its firmware";
+	default:
+		return "start it anew";
+	}
+}
+
 int aravis_fail(GError **error, int error_number, const char *address, const char *doing,
 		struct diag *diag)
 {
-	diag_add(diag, "%s: %s: %s", address, doing,
-		 *error ? (*error)->message : "Aravis gives no reason");
+	diag_add(diag, "%s: %s: %s; %s", address, doing,
+		 *error ? (*error)->message : "Aravis gives no reason", remedy(*error));
 	g_clear_error(error);
 	return error_number;
 }
@@ -84,25 +104,65 @@ int aravis_probe(struct in_addr ip)
 	return error;
 }
 
-static int report_probe(int error, const char *address, struct diag *diag)
+/* "lo 127.0.0.1/8, eth0 192.168.1.5/24"; whether one of them holds the address. */
+static bool in_own_network(struct in_addr ip, char *list, size_t size)
 {
+	struct ifaddrs *all = NULL;
+	bool found = false;
+
+	*list = '\0';
+	if (getifaddrs(&all))
+		return true; /* nothing is known */
+	for (const struct ifaddrs *one = all; one; one = one->ifa_next) {
+		const struct sockaddr_in *own = (const struct sockaddr_in *)one->ifa_addr;
+		const struct sockaddr_in *mask = (const struct sockaddr_in *)one->ifa_netmask;
+		char text[INET_ADDRSTRLEN];
+		size_t used = strlen(list);
+
+		if (!own || !mask || own->sin_family != AF_INET)
+			continue;
+		found |= !((own->sin_addr.s_addr ^ ip.s_addr) & mask->sin_addr.s_addr);
+		inet_ntop(AF_INET, &own->sin_addr, text, sizeof(text));
+		snprintf(list + used, size - used, "%s%s %s/%d", used ? ", " : "", one->ifa_name,
+			 text, __builtin_popcount(mask->sin_addr.s_addr));
+	}
+	freeifaddrs(all);
+	return found;
+}
+
+static const char *const no_way =
+	"give the network port of the cameras an address in the camera's network, or the camera "
+	"one in the port's";
+
+static int report_probe(int error, const char *address, struct in_addr ip, struct diag *diag)
+{
+	char networks[300];
+	bool near = in_own_network(ip, networks, sizeof(networks));
+
 	if (error == -ECONNREFUSED)
 		diag_add(diag,
 			 "%s: no camera here: the machine at this address does not speak GigE "
 			 "Vision (UDP port %d is closed); check the address with 'stagectl camera "
 			 "list'",
 			 address, GVCP_PORT);
-	else if (error == -ETIMEDOUT)
+	else if (error == -EACCES || error == -EPERM)
 		diag_add(diag,
-			 "%s: unreachable: no answer on UDP port %d; check power, cable and that "
-			 "the camera's address is in this machine's network",
+			 "%s: permission denied: a broadcast address, or a firewall of this "
+			 "machine forbids UDP port %d; address one camera, or allow the port",
+			 address, GVCP_PORT);
+	else if (error == -ETIMEDOUT && near)
+		diag_add(diag,
+			 "%s: unreachable: no answer on UDP port %d; check power, cable and the "
+			 "camera's address with 'stagectl camera list'",
 			 address, GVCP_PORT);
 	else
-		diag_add(diag,
-			 "%s: unreachable: %s; give the network port of the cameras an address in "
-			 "their network",
-			 address, strerror(-error));
-	return error == -ECONNREFUSED ? -ENODEV : -EHOSTUNREACH;
+		diag_add(diag, "%s: unreachable: %s%s; this machine's networks are %s: %s", address,
+			 error == -ETIMEDOUT ? "no answer" : strerror(-error),
+			 near ? "" : ", and another network", *networks ? networks : "none",
+			 no_way);
+	return error == -ECONNREFUSED                ? -ENODEV
+	       : error == -EACCES || error == -EPERM ? -EACCES
+						     : -EHOSTUNREACH;
 }
 
 static bool same(const char *a, const char *b)
@@ -130,14 +190,15 @@ static int resolve(const char **id, const char *address, const char *rest, struc
 		int error = aravis_probe(ip);
 
 		*id = rest;
-		return error ? report_probe(error, address, diag) : 0;
+		return error ? report_probe(error, address, ip, diag) : 0;
 	}
 	*id = find_listed(rest);
 	if (*id)
 		return 0;
 	diag_add(diag,
 		 "%s: no such camera: none with this id or serial number answers; 'stagectl camera "
-		 "list' shows those that do (%u now), and an IP address always works",
+		 "list' shows those that do (%u now), an IP address always works, and a USB camera "
+		 "shows to the group stage-operator only",
 		 address, arv_get_n_devices());
 	return -ENODEV;
 }
@@ -159,8 +220,8 @@ int aravis_open_device(ArvCamera **out, const char *address, const char *rest, s
 	ArvCamera *device = arv_camera_new(id, &error);
 
 	if (!device)
-		return aravis_fail(&error, -EIO, address,
-				   "answers, but cannot be used as a camera; start it anew", diag);
+		return aravis_fail(&error, -EIO, address, "answers, but cannot be used as a camera",
+				   diag);
 	if (!in_control(device)) {
 		diag_add(diag,
 			 "%s: busy: another program controls this camera; end it (after a crash "

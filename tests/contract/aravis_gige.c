@@ -277,7 +277,9 @@ static void format_that_it_has_not_is_refused(void **state)
 
 	assert_int_equal(driver->configure(camera, &wanted, &granted, &diag), -ENOTSUP);
 	assert_int_equal(granted.width_px, -1);
-	assert_non_null(strstr(diag.text, "Mono8"));
+	assert_int_equal(diag.count, 1);
+	assert_non_null(strstr(diag.text, "rgb is wanted, the camera offers Mono8"));
+	assert_non_null(strstr(diag.text, "grey comes from Mono8"));
 	diag_finish(&diag);
 	driver->close(camera);
 }
@@ -358,7 +360,7 @@ static void second_receiver_is_told_that_the_camera_is_busy(void **state)
 	char address[16];
 
 	gige_child_address(&f->lossy, 3, address);
-	refused(address, -EBUSY, "busy", "another program");
+	refused(address, -EBUSY, "busy: another program controls this camera", "end it");
 	driver->close(camera);
 }
 
