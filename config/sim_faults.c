@@ -25,6 +25,7 @@ static const char *const kinds[] = {
 	[SIM_FAULT_BUMP] = "bump",
 	[SIM_FAULT_CLOCK_STEP] = "clock_step",
 	[SIM_FAULT_SLOW_DISK] = "slow_disk",
+	[SIM_FAULT_STROBE_LEAK] = "strobe_leak",
 	NULL,
 };
 
@@ -88,6 +89,10 @@ void sim_fault_check_kind(struct yaml *yaml, const struct sim_fault *fault, enum
 			yaml, place, field,
 			"camera '%s' is a recording: of its faults only slow_disk can be made",
 			fault->camera);
+	else if (of != SIM_FAULT_OF_HD && fault->kind == SIM_FAULT_STROBE_LEAK)
+		yaml_complain(yaml, place, field,
+			      "camera '%s' is meant to see the strobes: it is no HD camera",
+			      fault->camera);
 	else if (of != SIM_FAULT_OF_HD && fault->kind == SIM_FAULT_PHASE_SLIP)
 		yaml_complain(yaml, place, field,
 			      "camera '%s' has no phase to slip from: it is no HD camera",

@@ -24,6 +24,7 @@ enum sim_fault_kind {
 	SIM_FAULT_BUMP,           /* it looks elsewhere by angle_mrad */
 	SIM_FAULT_CLOCK_STEP,     /* its clock, and so its time stamps, are step_ms off */
 	SIM_FAULT_SLOW_DISK,      /* a recording's images take delay_ms to read */
+	SIM_FAULT_STROBE_LEAK,    /* HD: it sees the IR strobes' light */
 };
 
 struct sim_fault {

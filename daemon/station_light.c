@@ -3,57 +3,14 @@
  */
 #include "daemon/station_light.h"
 
-#include <string.h>
-
-#include "drivers/trigger_plan.h"
-#include "sim/cameras.h"
 #include "sim/world.h"
-
-static bool wants_world(const struct config *config)
-{
-	bool wanted = strncmp(config->trigger, "sim", 3) == 0;
-
-	for (uint32_t c = 0; c < config->camera_count; c++)
-		wanted |= strncmp(config->cameras[c].address, "sim:", 4) == 0;
-	return wanted;
-}
-
-static uint32_t sim_hd_count(const struct config *config)
-{
-	uint32_t count = 0;
-
-	for (uint32_t c = 0; c < config->camera_count; c++)
-		count += config->cameras[c].role == ROLE_HD &&
-			 strncmp(config->cameras[c].address, "sim:", 4) == 0;
-	return count;
-}
-
-static struct sim_options world_options(const struct station *station)
-{
-	const struct config *config = &station->stage.config;
-	const struct trigger_plan *plan = station->plan;
-	uint32_t ir_count = (uint32_t)__builtin_popcount(station->stage.ir_mask);
-
-	return (struct sim_options){
-		.scene = config->sim_scene[0] ? config->sim_scene : NULL,
-		.seed = config->sim_seed,
-		.faults = &config->sim_faults,
-		/* a config with fewer looks at the scene's own number */
-		.camera_count =
-			ir_count >= SIM_CAMERA_MIN && ir_count <= SIM_CAMERA_MAX ? ir_count : 0,
-		.rate_hz = 1e9 / (double)plan->period_ns,
-		.hd_camera_count = sim_hd_count(config),
-		.hd_divider = (uint32_t)plan->hd_divider,
-		.hd_phase = (uint32_t)plan->hd_phase,
-		.hd_after_ir_ns = trigger_plan_hd_middle_ns(plan) - trigger_plan_ir_middle_ns(plan),
-	};
-}
+#include "sim/world_config.h"
 
 int station_open_world(struct station *station, struct diag *diag)
 {
-	struct sim_options options = world_options(station);
+	struct sim_options options = sim_config_options(&station->stage.config, station->plan);
 
-	if (!wants_world(&station->stage.config))
+	if (!sim_config_wants_world(&station->stage.config))
 		return 0;
 	int err = sim_world_open(&options, station->stage.config.sim_epoch_ns, diag);
 	station->world_open = !err;
@@ -105,7 +62,7 @@ int station_begin_light(struct station *station, bool calibrating, struct diag *
 	station->plan = calibrating ? &config->calibration_plan : &config->plan;
 	station->pulses.plan = *station->plan;
 	if (calibrating && station->world_open) {
-		struct sim_options options = world_options(station);
+		struct sim_options options = sim_config_options(config, station->plan);
 
 		err = sim_world_wave(&options, diag);
 	}

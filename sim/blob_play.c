@@ -78,7 +78,7 @@ static void add_lamps(struct play_view *view, const struct sim_scene *scene,
 		      const struct sim_truth *truth, uint32_t c)
 {
 	struct spot lamps[LAMP_MAX];
-	uint32_t count = lamps_find(scene, truth, c, lamps);
+	uint32_t count = lamps_find(scene, truth, c, true, lamps);
 
 	for (uint32_t i = 0; i < count; i++)
 		add_spot(view, &lamps[i]);

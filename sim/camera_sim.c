@@ -250,7 +250,8 @@ static void fill(struct sim_device *device, uint64_t frame, sim_fault_mask fault
 	int width_px, height_px;
 
 	*out = (struct frame){.pixels = sim_picture_take(device->picture, shot_of(device, frame),
-							 faults, &width_px, &height_px),
+							 faults, sim_world_strobes_lit(), &width_px,
+							 &height_px),
 			      .width_px = device->camera->width_px,
 			      .height_px = device->camera->height_px,
 			      .stride_bytes = device->camera->width_px,

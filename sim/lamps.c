@@ -66,12 +66,13 @@ static uint32_t add_ring(const struct sim_camera *camera, const struct sim_camer
 }
 
 uint32_t lamps_find(const struct sim_scene *scene, const struct sim_truth *truth, uint32_t c,
-		    struct spot out[LAMP_MAX])
+		    bool strobes_lit, struct spot out[LAMP_MAX])
 {
 	const struct sim_camera *camera = scene_camera_at(scene, c, truth->time_s);
 	uint32_t count = 0;
 
-	for (uint32_t i = 0; scene->script.cross_strobes && i < scene->camera_count; i++)
+	for (uint32_t i = 0; strobes_lit && scene->script.cross_strobes && i < scene->camera_count;
+	     i++)
 		if (i != c && shines_at(truth, &scene->cameras[i], camera, STROBE_COSINE))
 			count += add_lamp(camera, scene->cameras[i].centre_stage_m, STROBE_RADIUS_M,
 					  STROBE_GREY, &out[count]);

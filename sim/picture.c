@@ -10,6 +10,8 @@
 #include "sim/hd_render.h"
 #include "sim/scene_parts.h"
 
+#define LEAK_GREY 12
+
 struct sim_picture {
 	struct sim_renderer *renderer;       /* owned; NULL for HD */
 	struct sim_hd_renderer *hd_renderer; /* owned; NULL for IR */
@@ -89,8 +91,16 @@ static const uint8_t *expose_long(struct sim_picture *picture, uint64_t shot, in
 	return picture->sum;
 }
 
+/* An HD camera without a filter against the strobes' light. */
+static const uint8_t *leak(struct sim_picture *picture, const uint8_t *pixels)
+{
+	memset(picture->sum, LEAK_GREY, picture->size_bytes);
+	add(picture->sum, pixels, picture->size_bytes);
+	return picture->sum;
+}
+
 const uint8_t *sim_picture_take(struct sim_picture *picture, uint64_t shot, sim_fault_mask faults,
-				int *width_px, int *height_px)
+				bool strobes_lit, int *width_px, int *height_px)
 {
 	const uint8_t *pixels;
 
@@ -98,11 +108,15 @@ const uint8_t *sim_picture_take(struct sim_picture *picture, uint64_t shot, sim_
 		shot++;
 	if ((faults & SIM_FAULT_BIT(SIM_FAULT_SHIFT)) && shot > 0)
 		shot--;
+	if (!strobes_lit && picture->renderer)
+		return sim_render_dark(picture->renderer, shot, width_px, height_px);
 	if (faults & SIM_FAULT_BIT(SIM_FAULT_DARK))
 		pixels = render_dark(picture, shot, width_px, height_px);
 	else if (faults & SIM_FAULT_BIT(SIM_FAULT_STUCK_EXPOSURE))
 		pixels = expose_long(picture, shot, width_px, height_px);
 	else
 		pixels = render(picture, shot, width_px, height_px);
+	if (strobes_lit && (faults & SIM_FAULT_BIT(SIM_FAULT_STROBE_LEAK)))
+		pixels = leak(picture, pixels);
 	return pixels;
 }

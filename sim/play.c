@@ -138,7 +138,7 @@ static void find_blobs(struct sim_play *play, uint64_t shot, uint32_t c, sim_fau
 	struct blob_set *set = &play->sets[c];
 	struct grey_image image;
 
-	image.pixels = sim_picture_take(play->pictures[c], shot, faults, &image.width_px,
+	image.pixels = sim_picture_take(play->pictures[c], shot, faults, true, &image.width_px,
 					&image.height_px);
 	image.stride_bytes = image.width_px;
 	image.bits = 8;

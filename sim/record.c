@@ -142,7 +142,7 @@ static int record_frame(struct recording *recording, uint32_t c, uint64_t shot)
 	if (faults & KEPT_BACK)
 		return 0;
 	const uint8_t *pixels =
-		sim_picture_take(recording->pictures[c], shot, faults, &width_px, &height_px);
+		sim_picture_take(recording->pictures[c], shot, faults, true, &width_px, &height_px);
 	int err = record_path(recording->diag, path, "%s/%s/%06llu.pgm", recording->dir,
 			      recording->scene->cameras[c].name, (unsigned long long)shot);
 

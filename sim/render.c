@@ -162,10 +162,11 @@ static void add_ghosts(struct sim_renderer *renderer)
 	}
 }
 
-static void add_lamps(struct sim_renderer *renderer)
+static void add_lamps(struct sim_renderer *renderer, bool strobes_lit)
 {
 	struct spot lamps[LAMP_MAX];
-	uint32_t count = lamps_find(renderer->scene, &renderer->truth, renderer->camera, lamps);
+	uint32_t count =
+		lamps_find(renderer->scene, &renderer->truth, renderer->camera, strobes_lit, lamps);
 
 	for (uint32_t i = 0; i < count; i++)
 		add_spot(renderer, &lamps[i]);
@@ -184,8 +185,9 @@ static void add_hot_pixels(struct sim_renderer *renderer)
 	}
 }
 
-static const uint8_t *render(struct sim_renderer *renderer, uint64_t shot, bool lit, int *width_px,
-			     int *height_px)
+/* `lit`: its own strobe; `strobes_lit`: those of the others. */
+static const uint8_t *render(struct sim_renderer *renderer, uint64_t shot, bool lit,
+			     bool strobes_lit, int *width_px, int *height_px)
 {
 	double time_s = (double)sim_scene_mid_exposure_ns(renderer->scene, shot) * 1e-9;
 	struct rng rng;
@@ -201,7 +203,7 @@ static const uint8_t *render(struct sim_renderer *renderer, uint64_t shot, bool 
 		add_markers(renderer);
 		add_ghosts(renderer);
 	}
-	add_lamps(renderer);
+	add_lamps(renderer, strobes_lit);
 	add_hot_pixels(renderer);
 	*width_px = renderer->canvas.width_px;
 	*height_px = renderer->canvas.height_px;
@@ -211,11 +213,17 @@ static const uint8_t *render(struct sim_renderer *renderer, uint64_t shot, bool 
 const uint8_t *sim_render(struct sim_renderer *renderer, uint64_t shot, int *width_px,
 			  int *height_px)
 {
-	return render(renderer, shot, true, width_px, height_px);
+	return render(renderer, shot, true, true, width_px, height_px);
 }
 
 const uint8_t *sim_render_unlit(struct sim_renderer *renderer, uint64_t shot, int *width_px,
 				int *height_px)
 {
-	return render(renderer, shot, false, width_px, height_px);
+	return render(renderer, shot, false, true, width_px, height_px);
+}
+
+const uint8_t *sim_render_dark(struct sim_renderer *renderer, uint64_t shot, int *width_px,
+			       int *height_px)
+{
+	return render(renderer, shot, false, false, width_px, height_px);
 }

@@ -27,3 +27,7 @@ const uint8_t *sim_render(struct sim_renderer *renderer, uint64_t shot, int *wid
 /* The same without its strobe's light: what shines by itself, and noise. */
 const uint8_t *sim_render_unlit(struct sim_renderer *renderer, uint64_t shot, int *width_px,
 				int *height_px);
+
+/* The same with all strobes dark: lamps that burn by themselves, and noise. */
+const uint8_t *sim_render_dark(struct sim_renderer *renderer, uint64_t shot, int *width_px,
+			       int *height_px);

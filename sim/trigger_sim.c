@@ -97,6 +97,7 @@ static int sim_arm(struct trigger *base, const struct trigger_plan *plan, struct
 		diag_add(diag, "trigger sim: cannot set the strobes' line: %s", strerror(-err));
 		return err;
 	}
+	sim_world_light_strobes(plan->strobe_width_ns > 0);
 	trigger->armed = true;
 	return 0;
 }

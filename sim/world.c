@@ -27,6 +27,7 @@ static struct {
 	uint64_t serial; /* of what is shown */
 	/* atomic, any thread */
 	_Atomic uint64_t late_count[SIM_DEVICE_MAX];
+	_Atomic bool strobes_dark;
 } world;
 
 static void show(const struct show *what)
@@ -48,6 +49,7 @@ int sim_world_open(const struct sim_options *options, int64_t epoch_ns, struct d
 		return err;
 	world.stage.epoch_ns = epoch_ns ? epoch_ns : clock_now_ns() + EPOCH_AHEAD_NS;
 	show(&world.stage);
+	sim_world_light_strobes(true);
 	for (int c = 0; c < SIM_DEVICE_MAX; c++)
 		atomic_store(&world.late_count[c], 0);
 	return 0;
@@ -99,6 +101,16 @@ uint64_t sim_world_serial(void)
 int64_t sim_world_epoch_ns(void)
 {
 	return world.epoch_ns;
+}
+
+bool sim_world_strobes_lit(void)
+{
+	return !atomic_load(&world.strobes_dark);
+}
+
+void sim_world_light_strobes(bool lit)
+{
+	atomic_store(&world.strobes_dark, !lit);
 }
 
 uint64_t sim_world_late_count(uint32_t camera)

@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <stdbool.h>
+
 #include "sim/faults.h"
 #include "sim/world.h"
 
@@ -19,6 +21,10 @@ uint64_t sim_world_serial(void);
 
 /* Any thread. */
 void sim_world_count_late(uint32_t camera);
+
+/* Whether the trigger fires them; true while nobody says otherwise. Any thread. */
+bool sim_world_strobes_lit(void);
+void sim_world_light_strobes(bool lit);
 
 /* When shot's mid-exposure is on CLOCK_MONOTONIC. A world must be open. */
 int64_t sim_world_mid_exposure_ns(uint64_t shot);

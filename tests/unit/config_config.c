@@ -360,7 +360,7 @@ static void faults_that_cannot_be_are_refused(void **state)
 				 "  - {kind: drop}\n",
 		"11:25: sim.faults[3].kind: 'melt' is unknown, expected drop or miss or delay "
 		"or repeat or shift or stamp_shift or freeze or unplug or dark or phase_slip or "
-		"stuck_exposure or bump or clock_step or slow_disk\n"
+		"stuck_exposure or bump or clock_step or slow_disk or strobe_leak\n"
 		"12:37: sim.faults[4].at_s: -1 is out of range, expected a number from 0 to "
 		"1000000 (seconds)\n"
 		"13:6: sim.faults[5].camera: missing\n"

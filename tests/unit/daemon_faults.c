@@ -74,6 +74,12 @@ const uint8_t *sim_render_unlit(struct sim_renderer *renderer, uint64_t shot, in
 	return renderer->pixels;
 }
 
+const uint8_t *sim_render_dark(struct sim_renderer *renderer, uint64_t shot, int *width_px,
+			       int *height_px)
+{
+	return sim_render_unlit(renderer, shot, width_px, height_px);
+}
+
 /* In the place of track/tracker.c. */
 struct tracker_settings tracker_settings_default(void)
 {

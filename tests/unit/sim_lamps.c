@@ -72,7 +72,7 @@ static void strobes_of_other_cameras_saturate_unless_somebody_stands_between(voi
 		scene->script.cross_strobes = true;
 		sim_scene_truth(scene, 1e-9 * (double)sim_scene_mid_exposure_ns(scene, 0), &truth);
 		for (uint32_t c = 0; c < scene->camera_count; c++) {
-			uint32_t count = lamps_find(scene, &truth, c, lamps);
+			uint32_t count = lamps_find(scene, &truth, c, true, lamps);
 
 			shining += count;
 			if (c < 3)
@@ -80,7 +80,7 @@ static void strobes_of_other_cameras_saturate_unless_somebody_stands_between(voi
 		}
 		truth.occluder_count = 0;
 		for (uint32_t c = 0; c < scene->camera_count; c++)
-			unobstructed += lamps_find(scene, &truth, c, lamps);
+			unobstructed += lamps_find(scene, &truth, c, true, lamps);
 		assert_true(saturated > 2);
 		assert_true(unobstructed > shining);
 		sim_scene_destroy(scene);
@@ -98,7 +98,7 @@ static void ring_lights_are_dots_that_do_not_saturate(void **state)
 	scene->script.ring_lights = true;
 	sim_scene_truth(scene, 0, &truth);
 	for (uint32_t c = 0; c < scene->camera_count; c++) {
-		uint32_t count = lamps_find(scene, &truth, c, spots);
+		uint32_t count = lamps_find(scene, &truth, c, true, spots);
 
 		for (uint32_t i = 0; i < count; i++)
 			assert_true(spots[i].brightness < 245);
@@ -106,7 +106,7 @@ static void ring_lights_are_dots_that_do_not_saturate(void **state)
 	}
 	scene->script.ring_lights = false;
 	for (uint32_t c = 0; c < scene->camera_count; c++)
-		assert_int_equal(lamps_find(scene, &truth, c, spots), 0);
+		assert_int_equal(lamps_find(scene, &truth, c, true, spots), 0);
 	assert_true(seen >= LAMP_RING_LEDS);
 	sim_scene_destroy(scene);
 }

@@ -289,7 +289,7 @@ static void faults_that_cannot_be_are_refused(void **state)
 		FAULT("camera: ir1, kind: melt"),
 		"6:23: faults[0].kind: 'melt' is unknown, expected drop or miss or delay or "
 		"repeat or shift or stamp_shift or freeze or unplug or dark or phase_slip or "
-		"stuck_exposure or bump or clock_step or slow_disk\n");
+		"stuck_exposure or bump or clock_step or slow_disk or strobe_leak\n");
 }
 
 static void all_mistakes_are_told_at_once(void **state)
