@@ -17,6 +17,20 @@
 #define REPLY_MAX_BYTES (64u << 20) /* an image of a large camera */
 #define REPLY_TIMEOUT_S 10
 
+bool control_listens(const char *socket_dir)
+{
+	struct sockaddr_un address = {.sun_family = AF_UNIX};
+	int length =
+		snprintf(address.sun_path, sizeof(address.sun_path), "%s/control.sock", socket_dir);
+	int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+	bool listens = length < (int)sizeof(address.sun_path) &&
+		       connect(fd, (struct sockaddr *)&address, sizeof(address)) == 0;
+
+	if (fd >= 0)
+		close(fd);
+	return listens;
+}
+
 static int connect_station(int *out_fd, const char *socket_dir)
 {
 	struct sockaddr_un address = {.sun_family = AF_UNIX};

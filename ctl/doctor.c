@@ -11,6 +11,7 @@
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
 #include "ctl/doctor_gather.h"
+#include "ctl/doctor_light.h"
 #include "ctl/doctor_usb.h"
 
 #define SERVICE_DIR "/var/lib/stage"
@@ -96,7 +97,7 @@ static const char *choose_dir(const char *named, const struct config *config)
 }
 
 static int examine(struct doctor *doctor, struct stage *stage, const char *path,
-		   const char *directory)
+		   const char *directory, bool with_light)
 {
 	static struct usb_topology usb; /* large */
 	int code = path ? load(doctor, stage, path) : EXIT_CODE_OK;
@@ -109,16 +110,20 @@ static int examine(struct doctor *doctor, struct stage *stage, const char *path,
 	doctor->facts.recordings_dir = choose_dir(directory, doctor->config);
 	doctor_probe_disk(&doctor->facts);
 	run_checks(doctor);
+	doctor->topic = "light";
+	if (path && with_light)
+		doctor_measure_light(doctor, stage);
 	return doctor_count(doctor, FINDING_PROBLEM) ? EXIT_CODE_DEVICE : EXIT_CODE_OK;
 }
 
 int verb_doctor(const struct verb *verb, int argc, char **argv)
 {
 	const char *path = NULL, *directory = NULL;
-	bool json = false;
+	bool json = false, no_light = false;
 	const struct argument arguments[] = {
 		{"directory", "DIR", "where recordings go (default " SERVICE_DIR ", else here)",
 		 .text = &directory},
+		{"no-light", NULL, "do not open cameras and fire strobes", .flag = &no_light},
 		{"json", NULL, "print one JSON object", .flag = &json},
 		{0},
 	};
@@ -134,7 +139,7 @@ int verb_doctor(const struct verb *verb, int argc, char **argv)
 
 	if (doctor && stage) {
 		doctor->root = "";
-		code = examine(doctor, stage, path, directory);
+		code = examine(doctor, stage, path, directory, !no_light);
 		if (code == EXIT_CODE_OK || code == EXIT_CODE_DEVICE)
 			(json ? doctor_print_json : doctor_print)(doctor);
 	}

@@ -89,3 +89,60 @@ def test_a_camera_out_of_reach_is_a_problem(stage):
     findings = examine(config)
     assert of(findings, "cameras /dev/video*")["level"] == "problem" or \
         os.path.exists("/dev/video0")
+
+
+SCENE = """title: lamps
+seconds: 10
+cameras: 4
+hd_cameras: 2
+placement: room
+{more}
+actors:
+- {{name: sim, face_markers: 70, performance: talking, neutral_start_s: 0.1}}
+"""
+
+
+def simulate(recording, place, scene="", sim=""):
+    """What doctor says of the light of a simulated stage in a room."""
+    (place / "scene.yaml").write_text(SCENE.format(more=scene))
+    cameras = [f'- {{name: ir{i}, address: "sim:ir{i}"}}' for i in range(4)]
+    cameras += [f'- {{name: hd{i}, address: "sim:hd{i}", role: hd}}' for i in range(2)]
+    config = place / "sim.yaml"
+    config.write_text(f"rig: none\nlayout: {recording}/layout.yaml\nrate_hz: 60\ntrigger: sim\n"
+                      f"socket_dir: {place}\nsim: {{scene: {place}/scene.yaml{sim}}}\ncameras:\n"
+                      + "\n".join(cameras) + "\n")
+    return {finding["what"].split()[-1]: finding["level"]
+            for finding in examine(config) if finding["topic"] == "light"}
+
+
+def test_a_good_stage_has_no_stray_light(recording, tmp_path):
+    light = simulate(recording, tmp_path, "cross_strobes: true")
+    assert list(light) == ["ir0", "ir1", "ir2", "ir3", "hd0", "hd1"]
+    assert set(light.values()) == {"ok"}
+
+
+def test_strobes_that_an_hd_camera_sees_are_a_problem(recording, tmp_path):
+    light = simulate(recording, tmp_path, sim=", faults: [{camera: hd1, kind: strobe_leak}]")
+    assert [camera for camera, level in light.items() if level == "problem"] == ["hd1"]
+
+
+def test_ring_lights_that_ir_cameras_see_are_a_problem(recording, tmp_path):
+    light = simulate(recording, tmp_path, "ring_lights: true")
+    seeing = {camera for camera, level in light.items() if level == "problem"}
+    assert seeing and seeing < {"ir0", "ir1", "ir2", "ir3"}
+
+
+def test_cameras_are_left_alone_when_that_is_wished(recording, tmp_path):
+    simulate(recording, tmp_path)
+    findings = examine(tmp_path / "sim.yaml", "--no-light")
+    assert all(finding["topic"] != "light" for finding in findings)
+
+
+def test_cameras_of_a_running_station_are_left_alone(recording, start, sim_config):
+    station = start(sim_config).wait_running()
+    config = station.socket_dir / "stage.yaml"
+    text = sim_config.read_text().replace("rig: rig", f"rig: {recording}/rig")
+    text = text.replace("layout: layout.yaml", f"layout: {recording}/layout.yaml")
+    config.write_text(f"socket_dir: {station.socket_dir}\n{text}")
+    finding = of(examine(config), "cross-light")
+    assert finding["level"] == "note" and "a station has the cameras" in finding["measured"]
