@@ -9,6 +9,7 @@
 #define ROW_MIN 3     /* a row read aside leaves over as many; fewer are hidden or strays */
 #define TELLERS_MIN 3
 #define EXPECTED_SHARE 0.8 /* of those about a marker: what they see it should be seen by, too */
+#define HIDDEN_MAX 1       /* neighbours without a point in a whole reading */
 #define OPEN_MAX 2         /* neighbours without a name about an enclosed label */
 
 /* Cameras that see most of the markers about this one. */
@@ -59,6 +60,15 @@ void first_names_look(const struct tracker_state *state, const struct labelling 
 			out->p_stage_m[out->point_count++] = n->p_stage_m[k];
 }
 
+static bool neighbours_there(const struct labelling *l, const struct label_state *own)
+{
+	int there = 0;
+
+	for (int k = 0; k < own->neighbour_count; k++)
+		there += l->seen[own->neighbours[k].label];
+	return there >= TELLERS_MIN && there >= own->neighbour_count - HIDDEN_MAX;
+}
+
 enum reading first_names_read(const struct tracker_state *state, const struct labelling *l,
 			      const struct leftovers *leftovers, uint32_t label)
 {
@@ -76,6 +86,8 @@ enum reading first_names_read(const struct tracker_state *state, const struct la
 		points += vec3_distance(leftovers->p_stage_m[k], seen_m) < REACH_M;
 	if (labels > 0 && points > 0)
 		return READING_SHIFTED;
+	if (labels + points == 0 && neighbours_there(l, own))
+		return READING_WHOLE;
 	return labels + points >= ROW_MIN ? READING_UNEVEN : READING_EVEN;
 }
 

@@ -11,6 +11,8 @@
 #include "track/label.h"
 
 enum reading {
+	READING_WHOLE,  /* every point and every label nearby is accounted for, and its neighbours
+			   are all there */
 	READING_EVEN,   /* nearly every point and every label nearby is accounted for */
 	READING_UNEVEN, /* labels without a point, or points without a label: the other end may be
 			   hidden */

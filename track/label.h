@@ -47,6 +47,10 @@ void label_points(struct labelling *labelling, const struct tracker_state *state
 bool label_is_clear(const struct labelling *labelling, const struct tracker_state *state,
 		    uint32_t label);
 
+/* Whether a label's point is the only one that it could mean, not far from where it is expected. */
+bool label_is_plain(const struct labelling *labelling, const struct tracker_state *state,
+		    uint32_t label);
+
 /* No unexplained point nearby says that the whole neighbourhood may be read wrongly. */
 bool label_is_alone(const struct labelling *labelling, const struct tracker_state *state,
 		    uint32_t label);

@@ -19,7 +19,10 @@
 #define SURE_SIGMA 2.5   /* from there to the next marker */
 #define TOLD_MARGIN 12.0 /* the whole face tells a name: in squared sigmas */
 #define TOLD_SIGMA 3.5
-#define TOLD_SHARE 0.12 /* of the distance to the next marker */
+#define TOLD_SHARE 0.12   /* of the distance to the next marker */
+#define PLAIN_MARGIN 20.0 /* no other point could be meant, nor this by another */
+#define PLAIN_SHARE 0.35  /* of the distance to the next marker */
+#define PLAIN_MAX_M 0.005
 #define RIVAL_M 0.001
 #define TOLD_AFTER_S 2.0 /* of watching it */
 #define HELD_S 0.3
@@ -234,6 +237,13 @@ bool label_is_alone(const struct labelling *l, const struct tracker_state *state
 
 	return own->kind != LABEL_SKIN ||
 	       !unexplained_near(l, state, label, l->seen_m[label], HINT_SHARE * own->spacing_m);
+}
+
+bool label_is_plain(const struct labelling *l, const struct tracker_state *state, uint32_t label)
+{
+	return l->margin[label] >= PLAIN_MARGIN &&
+	       vec3_distance(l->predictions.labels[label].local_m, l->seen_m[label]) <
+		       fmin(PLAIN_SHARE * state->labels[label].spacing_m, PLAIN_MAX_M);
 }
 
 bool label_is_clear(const struct labelling *l, const struct tracker_state *state, uint32_t label)

@@ -58,7 +58,7 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 	if (point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_told(l, state, i))
 		return true;
 	enum reading reading = first_names_read(state, l, leftovers, i);
-	bool rests = reading == READING_EVEN && is_at_rest(l, label, i);
+	bool rests = reading <= READING_EVEN && is_at_rest(l, label, i);
 	bool clear = point->fix.used_count >= 3 && !wear_is_gone(label) &&
 		     label_is_clear(l, state, i) && (rests || label_is_alone(l, state, i));
 
@@ -72,8 +72,11 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 	bool known = label->confirmed && (double)(now_ns - label->seen_ns) * 1e-9 < KNOWN_S;
 	if (label->kind != LABEL_SKIN || known || first_names_enclosed(state, l, leftovers, i))
 		return clear || steady_s > (label->kind == LABEL_BODY ? STEADY_BODY_S : STEADY_S);
+	if (reading == READING_WHOLE && point->fix.used_count >= 3 && !wear_is_gone(label) &&
+	    label_is_plain(l, state, i))
+		return true;
 	if (clear &&
-	    (reading == READING_EVEN || (reading == READING_UNEVEN && is_at_rest(l, label, i))))
+	    (reading <= READING_EVEN || (reading == READING_UNEVEN && is_at_rest(l, label, i))))
 		return true;
 	return reading != READING_SHIFTED && steady_s > STEADY_ALONE_S;
 }
