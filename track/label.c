@@ -14,7 +14,6 @@
 #define PASSES 2
 #define PASSES_FRESH 6
 #define SIGMA_UNIT_M 0.0005
-#define FAR_APART_NS 20000000
 #define PASSES_FAR 5
 #define READ_AGAIN 4
 #define TELLS_S 0.1    /* a younger name says nothing of others */
@@ -121,12 +120,6 @@ static bool any_fresh(const struct labelling *l, const struct tracker_state *sta
 	return false;
 }
 
-/* Skin may move by a marker's distance from shot to shot: its own motion tells least. */
-static bool far_apart(const struct tracker_state *state)
-{
-	return state->period_ns > FAR_APART_NS;
-}
-
 static const bool NOBODY[LABEL_MAX];
 
 static void read_expression(struct labelling *l, const struct tracker_state *state, int actor,
@@ -136,8 +129,8 @@ static void read_expression(struct labelling *l, const struct tracker_state *sta
 		expression_solve(state, actor, now_ns, l->tells, l->seen_m, &l->expressions[actor]);
 	else
 		l->expressions[actor].known = false;
-	expression_tell(state, actor, &l->expressions[actor], far_apart(state) ? NOBODY : l->tells,
-			l->told);
+	expression_tell(state, actor, &l->expressions[actor],
+			predict_far_apart(state) ? NOBODY : l->tells, l->told);
 }
 
 /* What is known of the faces by those of their markers that had their names in the last shot; read
@@ -157,7 +150,7 @@ static void read_expressions(struct labelling *l, const struct tracker_state *st
 	for (uint32_t a = 0; a < state->actor_count; a++) {
 		const struct frame_state *f = &state->frames[a];
 
-		if (!first && !far_apart(state) && changed[a] < READ_AGAIN)
+		if (!first && !predict_far_apart(state) && changed[a] < READ_AGAIN)
 			continue;
 		for (int i = f->label_first; i < f->label_end; i++)
 			l->tells[i] = tells[i];
@@ -172,7 +165,7 @@ static const struct predictions *lay_faces(struct labelling *l, const struct tra
 {
 	for (uint32_t a = 0; a < state->actor_count; a++)
 		l->laid[a].known = false;
-	if (!far_apart(state))
+	if (!predict_far_apart(state))
 		return &l->motion;
 	memset(l->told, 0, sizeof(l->told));
 	for (uint32_t a = 0; a < state->actor_count; a++) {
@@ -191,7 +184,7 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 		  const struct point *points, uint32_t point_count, int64_t now_ns)
 {
 	bool fresh = any_fresh(l, state);
-	int passes = fresh ? PASSES_FRESH : far_apart(state) ? PASSES_FAR : PASSES;
+	int passes = fresh ? PASSES_FRESH : predict_far_apart(state) ? PASSES_FAR : PASSES;
 
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		if (l->found[f])
@@ -216,6 +209,11 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 		note_places(l, state, points);
 		if (settled)
 			break;
+	}
+	if (!predict_far_apart(state)) {
+		label_pair_left_over(l, state);
+		take_answer(l);
+		note_places(l, state, points);
 	}
 	label_abstain(l, state);
 	note_places(l, state, points);

@@ -70,6 +70,9 @@ bool label_is_told(const struct labelling *labelling, const struct tracker_state
 void label_put_in_order(struct labelling *labelling, const struct tracker_state *state,
 			const struct point *points);
 
+/* Gives a label without a point one of no label not far off, if no other label could mean it. */
+void label_pair_left_over(struct labelling *labelling, const struct tracker_state *state);
+
 /* The two are across the lips or the lids: their order tells them apart. */
 bool label_order_tells(const struct tracker_state *state, int row, int other_row);
 

@@ -31,6 +31,7 @@
 	(0.003 * 0.003) /* in seconds of such a displacement: that both move alike \
 			 */
 #define GAIN_MAX 2.5
+#define FAR_APART_NS 20000000
 #define PRIOR_S 0.3 /* what the priors are worth */
 #define REST_PRIOR_M2 (0.003 * 0.003)
 #define NEIGHBOUR_DISTANCE_MAX_M 0.06
@@ -198,6 +199,11 @@ void predict_init(struct tracker_state *state, const struct layout *layout)
 	}
 }
 
+bool predict_far_apart(const struct tracker_state *state)
+{
+	return state->period_ns > FAR_APART_NS;
+}
+
 static const double STIFF_SIGMA_M[] = {
 	[LABEL_SKULL] = SIGMA_MIN_M,
 	[LABEL_BODY] = BODY_SIGMA_M,
@@ -285,8 +291,8 @@ int predict_told(const struct tracker_state *state, const struct label_state *la
 	return count;
 }
 
-/* How the neighbours differ from their own predictions says how this one will; one that is only
- * just back differs by what it did meanwhile. */
+/* How the neighbours differ from their own predictions says how this one will, if those are as
+ * old: one that is only just back differs by what it did meanwhile. */
 static bool neighbours_shift(const struct label_state *label, const struct predictions *motion,
 			     struct prediction own, const bool *seen, const struct vec3 *seen_m,
 			     struct vec3 *shift_m)
@@ -299,7 +305,8 @@ static bool neighbours_shift(const struct label_state *label, const struct predi
 		int other = label->neighbours[k].label;
 
 		if (!seen[other] || !motion->labels[other].recent ||
-		    motion->labels[other].sigma_m > SHIFT_SIGMA * own.sigma_m)
+		    motion->labels[other].sigma_m > SHIFT_SIGMA * own.sigma_m ||
+		    own.sigma_m > SHIFT_SIGMA * motion->labels[other].sigma_m)
 			continue;
 		double w = 1 / label->neighbours[k].leaves;
 		struct vec3 moved = vec3_sub(seen_m[other], motion->labels[other].local_m);
@@ -362,6 +369,19 @@ static struct prediction fill_stale(const struct tracker_state *state,
 	return filled;
 }
 
+/* Of one that was not seen in the last shot its neighbours may know better where it is. */
+static void take_neighbours(const struct tracker_state *state, const struct label_state *label,
+			    int64_t now_ns, const bool *seen, const struct vec3 *seen_m,
+			    const struct told *told, struct prediction *p)
+{
+	struct prediction filled = fill_stale(state, label, now_ns, seen, seen_m, told);
+
+	if (filled.sigma_m < p->sigma_m) {
+		p->local_m = filled.local_m;
+		p->sigma_m = filled.sigma_m;
+	}
+}
+
 void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 			     const struct predictions *motion, const bool *seen,
 			     const struct vec3 *seen_m, const struct told *told,
@@ -375,6 +395,9 @@ void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 		if (motion->labels[i].recent) {
 			out->labels[i] =
 				refine_recent(label, motion, motion->labels[i], seen, seen_m);
+			if (label->seen_ns != state->mid_exposure_ns && !predict_far_apart(state))
+				take_neighbours(state, label, now_ns, seen, seen_m, &told[i],
+						&out->labels[i]);
 			if (told[i].known)
 				take_better(&told[i], &out->labels[i]);
 		} else {

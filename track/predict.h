@@ -29,6 +29,9 @@ void predict_init(struct tracker_state *state, const struct layout *layout);
 /* Two groups across the lips or the lids: their markers lie close and part. */
 bool predict_opposes(const char *group, const char *other);
 
+/* Skin may move by a marker's distance from shot to shot: its own motion tells least. */
+bool predict_far_apart(const struct tracker_state *state);
+
 /* Own motion only. */
 void predict_motion(const struct tracker_state *state, int64_t now_ns, struct predictions *out);
 
