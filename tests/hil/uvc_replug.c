@@ -239,6 +239,48 @@ static void watching_the_list_names_departures_and_arrivals(void **state)
 	fclose(watch);
 }
 
+static const char doctors_config[] = "rig: none\nlayout: none.yaml\nrate_hz: 10\ncameras:\n"
+				     "- {name: hd0, address: \"v4l2:serial=A1\", role: hd, "
+				     "width: 640, height: 480, format: grey}\n";
+
+/* The line of doctor's that holds `words`; "" without. */
+static void ask_doctor(const char *words, char *line, size_t size)
+{
+	char config[] = "/tmp/doctorXXXXXX", command[512];
+	int fd = mkstemp(config);
+
+	assert_true(fd >= 0);
+	assert_true(write(fd, doctors_config, strlen(doctors_config)) > 0);
+	close(fd);
+	snprintf(command, sizeof(command), "%s doctor %s --no-light --directory /tmp", stagectl,
+		 config);
+	FILE *doctor = popen(command, "r");
+
+	assert_non_null(doctor);
+	while (fgets(line, (int)size, doctor) && !strstr(line, words))
+		*line = '\0';
+	while (fgetc(doctor) != EOF)
+		;
+	pclose(doctor);
+	unlink(config);
+}
+
+static void doctor_finds_the_camera_and_what_its_bus_carries(void **state)
+{
+	pid_t camera = plug_in("0", "A1");
+	char line[512];
+
+	(void)state;
+	await("A1");
+	ask_doctor("hd0, v4l2:serial=A1", line, sizeof(line));
+	assert_non_null(strstr(line, "480 Mbit/s"));
+	ask_doctor(" bus usb", line, sizeof(line));
+	assert_non_null(strstr(line, "1 cameras"));
+	unplug(camera);
+	ask_doctor("hd0, v4l2:serial=A1", line, sizeof(line));
+	assert_non_null(strstr(line, "problem"));
+}
+
 int main(int argc, char **argv)
 {
 	const struct CMUnitTest tests[] = {
@@ -246,6 +288,7 @@ int main(int argc, char **argv)
 		cmocka_unit_test(an_unplugged_camera_is_gone_and_found_by_its_serial_number),
 		cmocka_unit_test(a_stopped_camera_shows_nothing_old_when_it_starts_again),
 		cmocka_unit_test(watching_the_list_names_departures_and_arrivals),
+		cmocka_unit_test(doctor_finds_the_camera_and_what_its_bus_carries),
 	};
 
 	if (argc != 4) {
