@@ -107,6 +107,11 @@ static bool lens_can_be_solved(const mrcal_lensmodel_t *lens)
 	return meta.has_core && meta.has_gradients && lens->type != MRCAL_LENSMODEL_CAHVORE;
 }
 
+bool problem_find_lens(mrcal_lensmodel_t *lens, const char *name)
+{
+	return mrcal_lensmodel_from_name(lens, name) && lens_can_be_solved(lens);
+}
+
 int problem_init(struct problem *problem, const struct observations *observations, const bool *used,
 		 const char *lens)
 {
@@ -117,7 +122,7 @@ int problem_init(struct problem *problem, const struct observations *observation
 			       .square_m = observations->board.square_m};
 	size_t cameras = observations->camera_count;
 
-	if (!mrcal_lensmodel_from_name(&made.lens, lens) || !lens_can_be_solved(&made.lens))
+	if (!problem_find_lens(&made.lens, lens))
 		return -EINVAL;
 	made.lens_count = mrcal_lensmodel_num_params(&made.lens);
 	count_views(&made, observations, used);

@@ -32,6 +32,9 @@ struct problem {
 	uint32_t *nth_of;                 /* [frame]: nth pose of the observations */
 };
 
+/* False for a lens that mrcal does not know or cannot solve for. */
+bool problem_find_lens(mrcal_lensmodel_t *lens, const char *name);
+
 /* `used` says which views take part; NULL: all. Returns 0, -ENOMEM, or -EINVAL for a lens that
  * mrcal does not know or cannot solve for.
  */

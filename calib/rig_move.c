@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/file.h"
 #include "calib/rig_dir.h"
@@ -148,8 +149,8 @@ static int fill(const char *dir, void *user, struct diag *diag)
 	return rig_dir_finish_file(file, path, diag);
 }
 
-int rig_move(struct rig_moved *moved, const char *rig_dir, const struct rig_move *move,
-	     struct diag *diag)
+static int move_locked(struct rig_moved *moved, const char *rig_dir, const struct rig_move *move,
+		       struct diag *diag)
 {
 	struct moving moving = {
 		.rig_dir = rig_dir, .move = move, .before = rig_store_in_force(rig_dir)};
@@ -172,4 +173,16 @@ int rig_move(struct rig_moved *moved, const char *rig_dir, const struct rig_move
 	moved->number = number;
 	memcpy(moved->revision, moving.revision, sizeof(moved->revision));
 	return 0;
+}
+
+int rig_move(struct rig_moved *moved, const char *rig_dir, const struct rig_move *move,
+	     struct diag *diag)
+{
+	int lock_fd, err = rig_store_lock(&lock_fd, rig_dir, diag);
+
+	if (err)
+		return err;
+	err = move_locked(moved, rig_dir, move, diag);
+	close(lock_fd);
+	return err;
 }

@@ -24,7 +24,8 @@ struct rig_moved {
 	char revision[17];
 };
 
-/* Writes the next revision of the rig in `rig_dir` and brings it into force. Returns 0 or a
- * negative errno with messages; then the rig stays as it is. */
+/* Writes the next revision of the rig in `rig_dir` and brings it into force. Returns 0, -EBUSY when
+ * another program calibrates this rig, or another negative errno, with messages; then the rig stays
+ * as it is. */
 int rig_move(struct rig_moved *moved, const char *rig_dir, const struct rig_move *move,
 	     struct diag *diag);

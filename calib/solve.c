@@ -180,19 +180,29 @@ static void set_seed(struct problem *p, const struct observations *o, const stru
 		pose_to_rt(&seed->rt_ref_board[p->nth_of[f]], (double *)&p->frames[f]);
 }
 
+int solve_check_lens(const char *name, struct diag *diag)
+{
+	mrcal_lensmodel_t lens;
+
+	if (problem_find_lens(&lens, name))
+		return 0;
+	diag_add(diag,
+		 "lens %s: not a lens model that mrcal knows and can solve for; "
+		 "take " SOLVE_LENS_DEFAULT,
+		 name);
+	return -EINVAL;
+}
+
 int solve(struct solution *solution, const struct observations *observations,
 	  const struct seed *seed, const struct solve_settings *settings, struct diag *diag)
 {
 	struct solution made;
 	struct problem problem;
 	pid_t child;
-	int err = problem_init(&problem, observations, seed->good_view, settings->lens);
+	int err = solve_check_lens(settings->lens, diag);
 
-	if (err == -EINVAL)
-		diag_add(diag,
-			 "lens %s: not a lens model that mrcal knows and can solve for; "
-			 "take " SOLVE_LENS_DEFAULT,
-			 settings->lens);
+	if (!err)
+		err = problem_init(&problem, observations, seed->good_view, settings->lens);
 	if (err)
 		return err;
 	set_seed(&problem, observations, seed);

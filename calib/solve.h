@@ -42,6 +42,9 @@ struct solution {
 	double sigma_px;        /* noise of one coordinate, degrees of freedom allowed for */
 };
 
+/* Before there is anything to solve. Returns 0, or -EINVAL with a message. */
+int solve_check_lens(const char *name, struct diag *diag);
+
 /* Solves in a child process, so that it ends in time whatever the library does. Returns 0,
  * -ETIMEDOUT, -EINVAL when nothing fits (with messages), or another negative errno. */
 int solve(struct solution *solution, const struct observations *observations,

@@ -168,6 +168,8 @@ static int check_cameras(const struct calibrate *k, struct diag *diag)
 /* An exit code. */
 static int prepare(struct calibrate *k, struct diag *diag)
 {
+	if (solve_check_lens(k->lens, diag))
+		return EXIT_CODE_USAGE;
 	int code = k->from ? 0 : calibrate_live_look(&k->station, k->socket_dir);
 
 	if (code)
@@ -234,8 +236,8 @@ static int gather(struct calibrate *k, struct diag *diag)
 		k->board = all.board;
 	int err = choose(k, &all);
 	observations_finish(&all);
-	if (!err)
-		err = observations_write(&k->observations, k->kept_path, diag);
+	if (!err && observations_write(&k->observations, k->kept_path, diag))
+		return EXIT_CODE_INTERNAL;
 	return exit_code_of(err, EXIT_CODE_BAD_INPUT);
 }
 

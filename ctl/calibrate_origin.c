@@ -136,7 +136,8 @@ static int run(struct origin_verb *verb, struct diag *diag)
 	if (!err)
 		err = write_rig(verb, diag);
 	if (err)
-		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+		return err == -EBUSY ? EXIT_CODE_RUNNING
+				     : (int)exit_code_of(err, EXIT_CODE_BAD_INPUT);
 	if (!verb->source.from) {
 		json_t *reply;
 

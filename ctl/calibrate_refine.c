@@ -150,7 +150,8 @@ static int run(struct refine_verb *verb, struct diag *diag)
 	if (!err && verb->refined.moved_count && !verb->dry_run)
 		err = write_rig(verb, diag);
 	if (err)
-		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+		return err == -EBUSY ? EXIT_CODE_RUNNING
+				     : (int)exit_code_of(err, EXIT_CODE_BAD_INPUT);
 	if (verb->moved.number && !verb->source.from)
 		code = swap_in(verb);
 	if (verb->json)

@@ -32,6 +32,18 @@ struct revision {
 	struct rig_worth worth;
 };
 
+/* A rig that was named itself, or its revisions; that of a config may not have been made yet. */
+static int check_there(const char *rig_dir, struct diag *diag)
+{
+	char store[PATH_MAX];
+	int err = rig_store_path(store, rig_dir, NULL, false, diag);
+
+	if (err || access(rig_dir, F_OK) == 0 || access(store, F_OK) == 0)
+		return err;
+	diag_add(diag, "%s: no such rig: %s", rig_dir, strerror(ENOENT));
+	return -ENOENT;
+}
+
 /* A config's rig, or the rig itself. */
 static int find_rig(struct asked *asked, const char *path, struct diag *diag)
 {
@@ -44,7 +56,7 @@ static int find_rig(struct asked *asked, const char *path, struct diag *diag)
 			return -ENAMETOOLONG;
 		}
 		strcpy(asked->rig_dir, path);
-		return 0;
+		return check_there(path, diag);
 	}
 	config = calloc(1, sizeof(*config));
 	if (!config)
@@ -65,6 +77,17 @@ static int facts_path(char path[PATH_MAX], const char *rig_dir, uint32_t number,
 	    snprintf(path + length, PATH_MAX - length, "/rig.yaml") >= (int)(PATH_MAX - length))
 		err = -ENAMETOOLONG;
 	return err;
+}
+
+static int check_revision(const char *rig_dir, uint32_t number, struct diag *diag)
+{
+	char path[PATH_MAX];
+	int err = rig_store_revision_path(path, rig_dir, number, diag);
+
+	if (err || access(path, F_OK) == 0)
+		return err;
+	diag_add(diag, "%s: no revision %04u; stagectl calibrate list tells them", rig_dir, number);
+	return -ENOENT;
 }
 
 /* A rig that was not calibrated here has nothing to say of its worth. */
@@ -190,7 +213,9 @@ static int show(const struct asked *asked, struct diag *diag)
 			 asked->rig_dir);
 		return -EINVAL;
 	}
-	int err = take_revision(&revision, asked->rig_dir, number, diag);
+	int err = check_revision(asked->rig_dir, number, diag);
+	if (!err)
+		err = take_revision(&revision, asked->rig_dir, number, diag);
 	if (err)
 		return err;
 	if (!asked->json)
@@ -215,7 +240,7 @@ static uint32_t find_earlier(const struct asked *asked, struct diag *diag)
 	return found;
 }
 
-static int rollback(const struct asked *asked, struct diag *diag)
+static int roll_back(const struct asked *asked, struct diag *diag)
 {
 	uint32_t number = asked->number <= RIG_REVISION_MAX ? (uint32_t)asked->number : 0;
 	struct revision revision;
@@ -228,7 +253,9 @@ static int rollback(const struct asked *asked, struct diag *diag)
 			 asked->rig_dir);
 		return -EINVAL;
 	}
-	int err = take_revision(&revision, asked->rig_dir, number, diag);
+	int err = check_revision(asked->rig_dir, number, diag);
+	if (!err)
+		err = take_revision(&revision, asked->rig_dir, number, diag);
 	if (err)
 		return err;
 	if (revision.worth.failed) {
@@ -247,6 +274,18 @@ static int rollback(const struct asked *asked, struct diag *diag)
 		       "reload\n",
 		       asked->rig_dir, number);
 	return 0;
+}
+
+/* Nobody calibrates meanwhile. */
+static int rollback(const struct asked *asked, struct diag *diag)
+{
+	int lock_fd, err = rig_store_lock(&lock_fd, asked->rig_dir, diag);
+
+	if (err)
+		return err;
+	err = roll_back(asked, diag);
+	close(lock_fd);
+	return err;
 }
 
 static int run(const struct verb *verb, int argc, char **argv,
@@ -270,7 +309,7 @@ static int run(const struct verb *verb, int argc, char **argv,
 		err = act(&asked, &diag);
 	diag_print(&diag, stderr);
 	diag_finish(&diag);
-	return exit_code_of(err, EXIT_CODE_BAD_INPUT);
+	return err == -EBUSY ? EXIT_CODE_RUNNING : exit_code_of(err, EXIT_CODE_BAD_INPUT);
 }
 
 int verb_calibrate_list(const struct verb *verb, int argc, char **argv)

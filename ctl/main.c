@@ -1,6 +1,8 @@
 /*
  * stagectl: how an operator looks at a station and works with recordings. A table of verbs.
  */
+#include <errno.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -51,17 +53,21 @@ static const struct verb verbs[] = {
 
 #define VERB_COUNT (sizeof(verbs) / sizeof(verbs[0]))
 
+static void print_verb(const struct verb *verb, FILE *out)
+{
+	char left[64];
+
+	snprintf(left, sizeof(left), "%s %s", verb->name, verb->arguments);
+	fprintf(out, "  %-32s %s\n", left, verb->summary);
+}
+
 static void print_help(FILE *out)
 {
 	fputs("Usage: stagectl VERB [arguments] [--json] [--help]\n"
 	      "Looks at a motion-capture station and works with its recordings.\n\nVerbs:\n",
 	      out);
-	for (size_t i = 0; i < VERB_COUNT; i++) {
-		char left[64];
-
-		snprintf(left, sizeof(left), "%s %s", verbs[i].name, verbs[i].arguments);
-		fprintf(out, "  %-32s %s\n", left, verbs[i].summary);
-	}
+	for (size_t i = 0; i < VERB_COUNT; i++)
+		print_verb(&verbs[i], out);
 	fputs("\nstagectl VERB --help tells the options of a verb.\n\n", out);
 	exit_codes_print(out);
 }
@@ -80,13 +86,61 @@ static int match_words(const struct verb *verb, int argc, char **argv)
 	return strcmp(argv[1], space + 1) == 0 ? 2 : 0;
 }
 
-int main(int argc, char **argv)
+static bool is_of_family(const struct verb *verb, const char *first)
+{
+	size_t length = strlen(first);
+
+	return strncmp(verb->name, first, length) == 0 && verb->name[length] == ' ';
+}
+
+/* Are there verbs of two words that begin with this one? */
+static bool find_family(const char *first)
+{
+	for (size_t i = 0; i < VERB_COUNT; i++)
+		if (is_of_family(&verbs[i], first))
+			return true;
+	return false;
+}
+
+static void print_family(const char *first, FILE *out)
+{
+	fprintf(out, "stagectl %s ...\n", first);
+	for (size_t i = 0; i < VERB_COUNT; i++)
+		if (is_of_family(&verbs[i], first))
+			print_verb(&verbs[i], out);
+}
+
+static bool asks_for_help(const char *word)
+{
+	return strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0;
+}
+
+/* No verb, or the first word of several: tells what there is. */
+static int refuse(int argc, char **argv)
+{
+	bool has_family = argc >= 2 && find_family(argv[1]);
+
+	if (has_family && argc == 3 && asks_for_help(argv[2])) {
+		print_family(argv[1], stdout);
+		return EXIT_CODE_OK;
+	}
+	if (argc > 2 || (argc == 2 && !has_family))
+		fprintf(stderr, "stagectl: no such verb: %s%s%s\n", argv[1], argc > 2 ? " " : "",
+			argc > 2 ? argv[2] : "");
+	if (has_family)
+		print_family(argv[1], stderr);
+	else
+		print_help(stderr);
+	return EXIT_CODE_USAGE;
+}
+
+static int run(int argc, char **argv)
 {
 	if (argc >= 2 && strcmp(argv[1], "--version") == 0) {
 		puts("stagectl " STAGE_VERSION);
 		return EXIT_CODE_OK;
 	}
-	if (argc >= 2 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0)) {
+	if (argc >= 2 && asks_for_help(argv[1])) {
 		print_help(stdout);
 		return EXIT_CODE_OK;
 	}
@@ -96,9 +150,20 @@ int main(int argc, char **argv)
 		if (words > 0)
 			return verbs[i].run(&verbs[i], argc - words, argv + words);
 	}
-	if (argc >= 2)
-		fprintf(stderr, "stagectl: no such verb: %s%s%s\n", argv[1], argc > 2 ? " " : "",
-			argc > 2 ? argv[2] : "");
-	print_help(stderr);
-	return EXIT_CODE_USAGE;
+	return refuse(argc, argv);
+}
+
+/* What was printed is nobody's when the disk is full. */
+int main(int argc, char **argv)
+{
+	int code = run(argc, argv);
+
+	errno = 0;
+	if (fflush(stdout) == 0 && !ferror(stdout))
+		return code;
+	fprintf(stderr,
+		"stagectl: standard output cannot be written%s%s: make room, or send it "
+		"elsewhere\n",
+		errno ? ": " : "", errno ? strerror(errno) : "");
+	return code ? code : EXIT_CODE_INTERNAL;
 }

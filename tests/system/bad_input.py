@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from conftest import STAGED, ctl
+from conftest import STAGECTL, STAGED, ctl
 
 
 def replace(path, pattern, replacement):
@@ -142,3 +142,27 @@ def test_triggers_and_scenes_that_there_are_not_are_no_good_config(stage, line, 
     config.write_text(f"{line}\n{text}")
     checked = ctl("config", "check", config)
     assert checked.returncode == 3 and named in checked.stderr
+
+
+@pytest.mark.parametrize("family", ["calibrate", "camera", "sim"])
+def test_the_first_word_of_several_verbs_tells_the_others(family):
+    alone, helped, wrong = ctl(family), ctl(family, "--help"), ctl(family, "nonsense")
+    assert (alone.returncode, alone.stdout) == (2, "") and "no such verb" not in alone.stderr
+    assert (helped.returncode, helped.stderr) == (0, "") and helped.stdout == alone.stderr
+    assert wrong.returncode == 2 and f"no such verb: {family} nonsense" in wrong.stderr
+    assert all(line.split()[0] == family for line in alone.stderr.splitlines()[1:])
+
+
+def test_an_unknown_verb_is_named_and_all_are_told():
+    done = ctl("nonsense")
+    assert done.returncode == 2 and "no such verb: nonsense" in done.stderr
+    assert "calibrate board" in done.stderr
+
+
+@pytest.mark.parametrize("arguments", [["sim", "list", "--json"], ["sim", "list"], ["--help"],
+                                       ["camera", "list", "--json"]])
+def test_a_full_disk_is_no_success(arguments):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([STAGECTL, *arguments], stdout=full, stderr=subprocess.PIPE, text=True,
+                              timeout=30, check=False)
+    assert done.returncode == 1 and "No space left" in done.stderr

@@ -1,5 +1,7 @@
 """stagectl calibrate: from a recording of the board to a rig in force, and what it says when not."""
+import fcntl
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -182,6 +184,40 @@ def test_spoilt_rig_yaml_is_told_by_its_place(calibrated, tmp_path):
         done = ctl("calibrate", verb, tmp_path / "rig")
         assert done.returncode == 3
         assert re.search(r"rig\.yaml:\d+:9: rms_px: ", done.stderr), done.stderr
+
+
+def test_a_rig_or_revision_that_is_not_there_is_told(calibrated, tmp_path):
+    shutil.copytree(calibrated[1].parent / "rig.d", tmp_path / "rig.d")
+    (tmp_path / "rig").symlink_to("rig.d/0001")
+    for verb in ("show", "rollback"):
+        done = ctl("calibrate", verb, tmp_path / "rig", "--json", "--revision", "77")
+        assert (done.returncode, done.stdout) == (3, "") and "no revision 0077" in done.stderr
+    for verb in ("list", "show", "rollback"):
+        done = ctl("calibrate", verb, tmp_path / "none")
+        assert done.returncode == 3 and f"{tmp_path}/none" in done.stderr
+        assert not (tmp_path / "none.d").exists()
+
+
+def test_while_a_rig_is_calibrated_nothing_else_comes_into_force(calibrated, tmp_path):
+    shutil.copytree(calibrated[1].parent / "rig.d", tmp_path / "rig.d")
+    (tmp_path / "rig").symlink_to("rig.d/0001")
+    holder = os.open(tmp_path / "rig.d", os.O_RDONLY)
+    fcntl.flock(holder, fcntl.LOCK_EX)
+    done = ctl("calibrate", "rollback", tmp_path / "rig", "--revision", "1")
+    os.close(holder)
+    assert done.returncode == 7 and "another program calibrates" in done.stderr
+    assert ctl("calibrate", "rollback", tmp_path / "rig", "--revision", "1").returncode == 0
+
+
+def test_corners_that_cannot_be_kept_are_no_bad_input(corners, tmp_path):
+    (tmp_path / "rig.d" / "corners.vnl").mkdir(parents=True)
+    done = ctl("calibrate", "cameras", "--from", corners, "--out", tmp_path / "rig")
+    assert done.returncode == 1 and "rig.d/corners.vnl" in done.stderr
+
+
+def test_a_lens_that_cannot_be_is_told_before_anything_else():
+    done = ctl("calibrate", "cameras", "--lens", "LENSMODEL_BOTTLE")
+    assert done.returncode == 2 and "LENSMODEL_BOTTLE" in done.stderr
 
 
 def test_rig_that_fails_its_limits_does_not_come_into_force(waved, corners, tmp_path):

@@ -108,7 +108,7 @@ def simulate(recording, place, scene="", sim=""):
     cameras = [f'- {{name: ir{i}, address: "sim:ir{i}"}}' for i in range(4)]
     cameras += [f'- {{name: hd{i}, address: "sim:hd{i}", role: hd}}' for i in range(2)]
     config = place / "sim.yaml"
-    config.write_text(f"rig: none\nlayout: {recording}/layout.yaml\nrate_hz: 60\ntrigger: sim\n"
+    config.write_text(f"rig: none\nlayout: {recording}/layout.yaml\nrate_hz: 120\ntrigger: sim\n"
                       f"socket_dir: {place}\nsim: {{scene: {place}/scene.yaml{sim}}}\ncameras:\n"
                       + "\n".join(cameras) + "\n")
     return {finding["what"].split()[-1]: finding["level"]
