@@ -3,6 +3,8 @@
  */
 #include "track/nearby.h"
 
+#define TORN_CHI2 25.0 /* five sigmas: such views are not of one marker */
+
 static void sort_by_x(struct nearby *n)
 {
 	for (int gap = n->count / 2; gap > 0; gap /= 2)
@@ -48,7 +50,8 @@ void nearby_build(struct nearby *n, const struct point *points, uint32_t point_c
 {
 	n->count = 0;
 	for (uint32_t p = 0; p < point_count; p++) {
-		if (__builtin_popcount(points[p].claimed_mask) < 3 || (skip && skip[p]))
+		if (__builtin_popcount(points[p].claimed_mask) < 3 ||
+		    points[p].fix.chi2_per_dof > TORN_CHI2 || (skip && skip[p]))
 			continue;
 		n->p_stage_m[n->count] = points[p].fix.p_stage_m;
 		n->point[n->count++] = (int16_t)p;
