@@ -21,13 +21,10 @@ static const struct {
 	const char *topic;
 	void (*check)(struct doctor *doctor);
 } checks[] = {
-	{"permissions", doctor_check_permissions},
-	{"real time", doctor_check_realtime},
-	{"clock", doctor_check_clock},
-	{"network", doctor_check_network},
-	{"USB", doctor_check_usb},
-	{"disk", doctor_check_disk},
-	{"strobe", doctor_check_strobe},
+	{"system", doctor_check_system},      {"permissions", doctor_check_permissions},
+	{"real time", doctor_check_realtime}, {"clock", doctor_check_clock},
+	{"network", doctor_check_network},    {"USB", doctor_check_usb},
+	{"disk", doctor_check_disk},          {"strobe", doctor_check_strobe},
 };
 
 static void run_checks(struct doctor *doctor)

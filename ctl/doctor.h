@@ -13,7 +13,7 @@
 enum finding_level { FINDING_OK, FINDING_NOTE, FINDING_PROBLEM, FINDING_LEVEL_COUNT };
 
 #define FINDING_BYTES 320
-#define FINDING_MAX 256
+#define FINDING_MAX 512 /* a config of 32 cameras makes no more */
 
 struct finding {
 	const char *topic; /* static */
@@ -79,6 +79,7 @@ void doctor_print(const struct doctor *doctor);
 void doctor_print_json(const struct doctor *doctor);
 
 /* The checks, a file each. */
+void doctor_check_system(struct doctor *doctor);
 void doctor_check_permissions(struct doctor *doctor);
 void doctor_check_realtime(struct doctor *doctor);
 void doctor_check_clock(struct doctor *doctor);

@@ -111,7 +111,8 @@ static void check_rules(struct doctor *doctor)
 	static const char *const places[] = {"/etc/udev/" RULES, "/usr/lib/udev/" RULES,
 					     "/lib/udev/" RULES, "/usr/local/lib/udev/" RULES};
 	bool needed = unit_installed(doctor) || doctor_uses(doctor, "v4l2") ||
-		      doctor_uses(doctor, "gpio") || doctor_uses(doctor, "usb");
+		      doctor_uses(doctor, "libcamera") || doctor_uses(doctor, "gpio") ||
+		      doctor_uses(doctor, "usb");
 	const char *place = NULL;
 
 	for (size_t p = 0; p < sizeof(places) / sizeof(places[0]) && !place; p++)
@@ -139,6 +140,7 @@ struct kind {
 
 static const struct kind kinds[] = {
 	{"cameras /dev/video*", "/dev/video[0-9]*", "v4l2"},
+	{"media devices /dev/media*", "/dev/media[0-9]*", "libcamera"},
 	{"GPIO chips /dev/gpiochip*", "/dev/gpiochip[0-9]*", "gpio"},
 };
 

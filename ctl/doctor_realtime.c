@@ -112,7 +112,8 @@ static void check_preemption(struct doctor *doctor)
 	bool by_pins = doctor_uses(doctor, "gpio");
 
 	tree_number(doctor, &realtime, "/sys/kernel/realtime");
-	tree_line(doctor, version, sizeof(version), "/proc/sys/kernel/version");
+	if (!tree_line(doctor, version, sizeof(version), "/proc/sys/kernel/version"))
+		return;
 	bool full = realtime == 1 || strstr(version, "PREEMPT_RT");
 	bool some = full || strstr(version, "PREEMPT");
 	struct finding *finding = doctor_find(doctor,
@@ -137,6 +138,8 @@ static void check_processors(struct doctor *doctor)
 
 	tree_glob(doctor, "/sys/devices/system/cpu/cpu[0-9]*", &found);
 	tree_line(doctor, isolated, sizeof(isolated), "/sys/devices/system/cpu/isolated");
+	if (found.gl_pathc == 0)
+		return;
 	bool enough = found.gl_pathc >= PROCESSORS_MIN;
 	struct finding *finding =
 		doctor_find(doctor, enough ? FINDING_OK : FINDING_PROBLEM, "number of processors");

@@ -6,7 +6,7 @@ import pytest
 
 from conftest import ctl
 
-TOPICS = ["permissions", "real time", "clock", "network", "disk"]
+TOPICS = ["system", "permissions", "real time", "clock", "network", "disk"]
 
 
 def examine(*arguments):

@@ -113,6 +113,23 @@ static void preemption_is_judged_by_who_makes_the_pulses(void **state)
 	machine_expect(machine, FINDING_OK, "kernel's preemption");
 }
 
+static void a_machine_without_kernel_files_is_told_so(void **state)
+{
+	struct machine *machine = *state;
+
+	machine_examine(machine, doctor_check_system);
+	machine_expect(machine, FINDING_PROBLEM, "/proc");
+	machine_expect(machine, FINDING_PROBLEM, "/sys");
+	machine_examine(machine, doctor_check_realtime);
+	machine_expect_none(machine, "number of processors");
+	machine_expect_none(machine, "kernel's preemption");
+	machine_write(machine, "/proc/sys/kernel/version", "");
+	machine_write(machine, CPU "cpu0/online", "1\n");
+	machine_examine(machine, doctor_check_system);
+	machine_expect(machine, FINDING_OK, "/proc");
+	machine_expect(machine, FINDING_OK, "/sys");
+}
+
 static void one_processor_is_too_few(void **state)
 {
 	struct machine *machine = *state;
@@ -224,6 +241,7 @@ int main(void)
 		FACT(real_time_threads_must_not_be_halted),
 		FACT(one_processor_that_saves_power_is_a_problem),
 		FACT(preemption_is_judged_by_who_makes_the_pulses),
+		FACT(a_machine_without_kernel_files_is_told_so),
 		FACT(one_processor_is_too_few),
 		FACT(processors_are_counted),
 		FACT(a_clock_that_is_read_over_a_bus_is_a_problem),
