@@ -52,7 +52,7 @@ static void check_speed(struct doctor *doctor, double needed)
 		   needed / 1e6);
 	if (*facts->disk_error)
 		doctor_say(finding->remedy,
-			   "make it, let %s write there, or name another: "
+			   "make it, let user %s write there, or name another: "
 			   "--directory DIR",
 			   facts->asker.name);
 	else if (!good)
