@@ -78,6 +78,17 @@ static int ask_station(json_t **out, const char *socket_dir, const char *name)
 	return EXIT_CODE_OK;
 }
 
+/* Texts, as a rule. */
+static void print_list(const json_t *list)
+{
+	size_t index;
+	json_t *item;
+
+	json_array_foreach((json_t *)list, index, item) printf(
+		"%s%s", index ? ", " : "", json_is_string(item) ? json_string_value(item) : "...");
+	puts(json_array_size(list) ? "" : "-");
+}
+
 static void print_values(const json_t *object, const char *indent)
 {
 	const char *key;
@@ -91,7 +102,9 @@ static void print_values(const json_t *object, const char *indent)
 			print_values(value, "  ");
 			continue;
 		}
-		if (json_is_string(value))
+		if (json_is_array(value))
+			print_list(value);
+		else if (json_is_string(value))
 			puts(json_string_value(value));
 		else if (json_is_boolean(value))
 			puts(json_is_true(value) ? "yes" : "no");

@@ -225,7 +225,8 @@ int aravis_open_device(ArvCamera **out, const char *address, const char *rest, s
 	if (!in_control(device)) {
 		diag_add(diag,
 			 "%s: busy: another program controls this camera; end it (after a crash "
-			 "the camera lets go within a few seconds)",
+			 "the camera lets go within a few seconds), and look whether the config "
+			 "has this camera twice",
 			 address);
 		g_object_unref(device);
 		return -EBUSY;

@@ -100,13 +100,15 @@ def test_lines_are_dark_within_a_period_of_a_kill_in_mid_pulse(gpio_start, chip)
         time.sleep(random.uniform(0, 0.05))
         chip.wait_lit(STROBE)
         station.process.kill()
-        seconds = chip.wait_dark(PATIENCE_S)
+        killed_at = time.monotonic()
+        chip.wait_dark(PATIENCE_S)
+        seconds = chip.changes()[-1][0] - killed_at  # this program may see it late
         within.append(seconds <= PERIOD_S)
         by_guard = chip.changes()[-1][2] != station.process.pid
         print(f"dark {1e3 * seconds:.2f} ms later, by the {'guard' if by_guard else 'station'}")
         station.process.communicate()
         wait_for(lambda: chip.changes()[-1][2] != station.process.pid, 2)  # the guard, at last
-    assert within.count(True) >= 3
+    assert within.count(True) >= 4
 
 
 def test_a_station_that_stands_still_with_a_strobe_lit_has_it_cut(gpio_start, chip):
@@ -200,8 +202,14 @@ def test_a_trigger_lost_while_stopped_is_found_again(gpio_start, chip):
 def test_where_the_guard_was_killed_too_the_unit_darkens(gpio_start, chip):
     station = gpio_start(LONG)
     guard = guard_of(station)
-    chip.wait_lit(STROBE)
     os.kill(guard, signal.SIGSTOP)
+    for _ in range(50):  # until it stands still in mid-pulse
+        chip.wait_lit(STROBE)
+        station.process.send_signal(signal.SIGSTOP)
+        time.sleep(0.01)
+        if chip.levels() & STROBE:
+            break
+        station.process.send_signal(signal.SIGCONT)
     station.process.kill()
     os.kill(guard, signal.SIGKILL)
     station.process.communicate()
