@@ -25,16 +25,27 @@ def chip(tmp_path):
 
 
 @pytest.fixture
-def gpio_start(start, sim_config, recording, tmp_path, chip):
-    """gpio_start(more YAML) -> a station at 60 Hz that fires on the chip's lines."""
-    environment = {"FAKE_GPIO_DIR": str(tmp_path / "chips")}
+def gpio_config(sim_config, recording, tmp_path):
+    """gpio_config(more YAML, lines) -> a config at 60 Hz that fires on the chip's lines."""
 
-    def start_one(more="", lines="ir=IR_TRIG,strobe=STROBE,hd=HD_TRIG", wait=True):
+    def write(more="", lines="ir=IR_TRIG,strobe=STROBE,hd=HD_TRIG"):
         text = sim_config.read_text().replace("rig: rig", f"rig: {recording}/rig")
         text = text.replace("layout: layout.yaml", f"layout: {recording}/layout.yaml")
         text = text.replace("trigger: sim\n", f"trigger: 'gpio:gpiochip0,{lines}'\n")
         config = tmp_path / "gpio.yaml"
         config.write_text(text + more)
+        return config
+
+    return write
+
+
+@pytest.fixture
+def gpio_start(start, gpio_config, tmp_path, chip):
+    """gpio_start(more YAML) -> a station of such a config."""
+    environment = {"FAKE_GPIO_DIR": str(tmp_path / "chips")}
+
+    def start_one(more="", lines="ir=IR_TRIG,strobe=STROBE,hd=HD_TRIG", wait=True):
+        config = gpio_config(more, lines)
         station = start(config, environment=environment)
         station.config, station.environment = config, environment
         if wait:
@@ -255,3 +266,30 @@ def test_bad_lines_and_chips_end_with_one_line_that_says_what_to_do(gpio_start, 
     station = gpio_start(wait=False)
     _, said = station.process.communicate(timeout=10)
     assert station.process.returncode == 4 and "no GPIO chip gpiochip0" in said
+
+
+@pytest.fixture
+def doctor(gpio_config, tmp_path, chip):
+    """A doctor who measures the light of a stage on the chip's lines."""
+    assert chip.levels() == 0
+    with subprocess.Popen([os.environ["STAGECTL_FAKE_GPIO"], "doctor", gpio_config(LONG), "--json"],
+                          stdout=subprocess.PIPE, text=True,
+                          env={**os.environ, "FAKE_GPIO_DIR": str(tmp_path / "chips")}) as process:
+        yield process
+        process.kill()
+
+
+def test_doctor_fires_with_and_without_strobes_and_leaves_the_lines_dark(doctor, chip):
+    findings = json.loads(doctor.communicate(timeout=60)[0])["findings"]
+    assert chip.levels() == 0
+    exposures, burns = chip.pulses(IR), chip.pulses(STROBE)
+    assert burns and len(exposures) > 1.5 * len(burns)
+    level = next(f for f in findings if f["what"].startswith("line STROBE"))
+    assert (level["level"], level["measured"]) == ("ok", "reads dark")
+    assert sum(f["topic"] == "light" for f in findings) == 4
+
+
+def test_a_doctor_who_is_killed_leaves_the_lines_dark(doctor, chip):
+    chip.wait_lit(STROBE)
+    doctor.kill()
+    chip.wait_dark(PATIENCE_S + 2)
