@@ -144,8 +144,8 @@ static int check_module(const struct libcamera_at *at, struct diag *diag)
 	} else {
 		diag_add(diag,
 			 "%s: trigger: the driver of the sensor %s has no trigger input (neither a "
-			 "control nor a module parameter " TRIGGER "): another sensor, or trigger: "
-			 "free",
+			 "control nor a module parameter " TRIGGER "): another sensor, or no line "
+			 "to it in the trigger",
 			 at->address, libcamera_shim_model(at->device));
 	}
 	return -ENOTSUP;

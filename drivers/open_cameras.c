@@ -64,6 +64,18 @@ static int check_images(const struct stage *stage, uint32_t index,
 			      granted->height_px, diag);
 }
 
+/* Whether the trigger has a line to cameras of this role (gpio:CHIP,ir=LINE,hd=LINE): then they
+ * wait for its edges. */
+static bool is_wired(const char *trigger, enum camera_role role)
+{
+	const char *key = role == ROLE_HD ? "hd=" : "ir=";
+
+	for (const char *at = trigger; (at = strpbrk(at, ":,")); at++)
+		if (strncmp(at + 1, key, strlen(key)) == 0)
+			return true;
+	return false;
+}
+
 int open_camera_by_config(struct open_camera *out, const struct stage *stage, uint32_t index,
 			  const struct camera_driver *const *drivers, struct diag *diag)
 {
@@ -90,6 +102,7 @@ int open_camera_by_config(struct open_camera *out, const struct stage *stage, ui
 	if (err)
 		return err;
 	opened.wanted = wanted->wanted;
+	opened.wanted.triggered = is_wired(stage->config.trigger, wanted->role);
 	err = opened.driver->configure(opened.camera, &opened.wanted, &opened.granted, diag);
 	if (!err)
 		err = check_images(stage, index, &opened.granted, diag);

@@ -15,7 +15,7 @@
 #include "base/clock.h"
 #include "drivers/open_cameras.h"
 
-static struct camera_mode offered;
+static struct camera_mode offered, asked;
 static struct camera opened;
 
 static int stub_open(struct camera **out, const char *rest, const char *base_dir, struct diag *diag)
@@ -36,8 +36,8 @@ static int stub_configure(struct camera *camera, const struct camera_mode *wante
 			  struct camera_mode *granted, struct diag *diag)
 {
 	(void)camera;
-	(void)wanted;
 	(void)diag;
+	asked = *wanted;
 	*granted = offered;
 	return 0;
 }
@@ -117,11 +117,41 @@ static void settings_of_a_network_are_refused_of_a_driver_without_one(void **sta
 	free(stage);
 }
 
+static bool waits_for_edges(const char *trigger, enum camera_role role)
+{
+	struct stage *stage = calloc(1, sizeof(*stage));
+	struct open_camera camera;
+	struct diag diag = {0};
+
+	assert_non_null(stage);
+	offered = (struct camera_mode){.width_px = 64, .height_px = 64};
+	strcpy(stage->config.trigger, trigger);
+	stage->config.camera_count = 1;
+	stage->config.cameras[0].role = role;
+	strcpy(stage->config.cameras[0].name, "c0");
+	strcpy(stage->config.cameras[0].address, "stub:0");
+	assert_int_equal(open_camera_by_config(&camera, stage, 0, drivers, &diag), 0);
+	assert_int_equal(camera.wanted.triggered, asked.triggered);
+	free(stage);
+	return asked.triggered;
+}
+
+static void cameras_that_the_trigger_has_a_line_to_wait_for_its_edges(void **state)
+{
+	(void)state;
+	assert_true(waits_for_edges("gpio:chip0,ir=A,strobe=B,hd=C", ROLE_IR));
+	assert_true(waits_for_edges("gpio:chip0,ir=A,strobe=B,hd=C", ROLE_HD));
+	assert_false(waits_for_edges("gpio:chip0,ir=A,strobe=B", ROLE_HD));
+	assert_false(waits_for_edges("free", ROLE_IR));
+	assert_false(waits_for_edges("sim", ROLE_IR));
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(rolling_shutter_needs_a_strobe_while_all_rows_are_open),
 		cmocka_unit_test(hd_camera_may_roll),
+		cmocka_unit_test(cameras_that_the_trigger_has_a_line_to_wait_for_its_edges),
 		cmocka_unit_test(settings_of_a_network_are_refused_of_a_driver_without_one),
 	};
 
