@@ -1,0 +1,189 @@
+/*
+ * Lips that part, meet and are one spot, on a mouth of two markers and a cheek; and what is left
+ * over in pairs.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "track/label.h"
+
+enum { UPPER, LOWER, CHEEK, LABELS };
+
+static const struct layout_marker MARKERS[LABELS] = {
+	{.name = "u", .group = "lip_upper", .neutral_m = {0, 0.004, 0.1}},
+	{.name = "d", .group = "lip_lower", .neutral_m = {0, -0.004, 0.1}},
+	{.name = "c", .group = "cheek", .neutral_m = {0.03, 0.01, 0.09}},
+};
+
+static struct layout layout;
+static struct tracker_state state;
+static struct labelling l;
+static struct point points[LABELS];
+
+/* A face seen a moment ago; up in the head is -x on the stage. */
+static int make_face(void **test_state)
+{
+	(void)test_state;
+	memset(&layout, 0, sizeof(layout));
+	memset(&state, 0, sizeof(state));
+	memset(&l, 0, sizeof(l));
+	layout.actor_count = 1;
+	layout.actors[0].count = layout.marker_count = LABELS;
+	memcpy(layout.markers, MARKERS, sizeof(MARKERS));
+	predict_init(&state, &layout);
+	l.found[0] = true;
+	l.rt_stage_frame[0] =
+		(struct pose){.r = {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}, .t = {1, 2, 3}};
+	l.rt_frame_stage[0] = pose_inverse(&l.rt_stage_frame[0]);
+	l.assign.row_count = l.assign.column_count = LABELS;
+	for (int i = 0; i < LABELS; i++) {
+		state.labels[i].confirmed = true;
+		state.labels[i].local_m = MARKERS[i].neutral_m;
+		l.predictions.labels[i] = (struct prediction){MARKERS[i].neutral_m, 0.0005, true};
+		l.expected_m[i] = pose_apply(&l.rt_stage_frame[0], MARKERS[i].neutral_m);
+		l.assign.column_of_row[i] = l.assign.row_of_column[i] = ASSIGN_NONE;
+	}
+	return 0;
+}
+
+/* A point of three views, given to the label, or to nobody. */
+static void add_point(int column, struct vec3 local_m, int row)
+{
+	points[column].fix.p_stage_m = pose_apply(&l.rt_stage_frame[0], local_m);
+	points[column].fix.used_count = 3;
+	points[column].fix.used_mask = 7;
+	points[column].claimed_mask = 7;
+	l.assign.row_of_column[column] = (int16_t)row;
+	if (row == ASSIGN_NONE)
+		return;
+	l.assign.column_of_row[row] = (int16_t)column;
+	l.seen_m[row] = local_m;
+	l.seen[row] = true;
+}
+
+static void nearest_across_is_below(void **test_state)
+{
+	(void)test_state;
+	assert_int_equal(state.labels[UPPER].below, LOWER);
+	assert_int_equal(state.labels[LOWER].below, LABEL_NONE);
+	assert_int_equal(state.labels[CHEEK].below, LABEL_NONE);
+	assert_true(label_order_tells(&state, UPPER, LOWER));
+	assert_true(label_order_tells(&state, LOWER, UPPER));
+	assert_false(label_order_tells(&state, UPPER, CHEEK));
+	assert_false(label_order_tells(&state, UPPER, ASSIGN_NONE));
+}
+
+static void lips_the_wrong_way_round_are_exchanged(void **test_state)
+{
+	(void)test_state;
+	add_point(0, (struct vec3){0, -0.002, 0.1}, UPPER);
+	add_point(1, (struct vec3){0.001, 0.003, 0.1}, LOWER);
+	add_point(2, MARKERS[CHEEK].neutral_m, CHEEK);
+	label_put_in_order(&l, &state, points);
+	assert_int_equal(l.assign.column_of_row[UPPER], 1);
+	assert_int_equal(l.assign.column_of_row[LOWER], 0);
+	assert_int_equal(l.assign.row_of_column[0], LOWER);
+	assert_int_equal(l.assign.row_of_column[1], UPPER);
+	assert_int_equal(l.assign.column_of_row[CHEEK], 2);
+}
+
+static void lips_in_order_and_single_ones_stay(void **test_state)
+{
+	(void)test_state;
+	add_point(0, MARKERS[UPPER].neutral_m, UPPER);
+	add_point(1, MARKERS[LOWER].neutral_m, LOWER);
+	label_put_in_order(&l, &state, points);
+	assert_int_equal(l.assign.column_of_row[UPPER], 0);
+	assert_int_equal(l.assign.column_of_row[LOWER], 1);
+	l.assign.column_of_row[LOWER] = ASSIGN_NONE;
+	label_put_in_order(&l, &state, points);
+	assert_int_equal(l.assign.column_of_row[UPPER], 0);
+}
+
+/* The lower one has no point, and was last seen `apart_m` below the upper one's. */
+static void press(double apart_m)
+{
+	struct vec3 seen_m = MARKERS[UPPER].neutral_m;
+
+	add_point(0, seen_m, UPPER);
+	seen_m.y -= apart_m;
+	state.labels[LOWER].local_m = l.predictions.labels[LOWER].local_m = seen_m;
+	label_doubt_pressed(&l, &state);
+}
+
+static void pressed_lips_have_no_name(void **test_state)
+{
+	(void)test_state;
+	press(0.002);
+	assert_true(l.doubtful[UPPER]);
+	assert_true(l.doubtful[LOWER]);
+	assert_false(l.doubtful[CHEEK]);
+}
+
+static void a_lip_hidden_elsewhere_doubts_nobody(void **test_state)
+{
+	(void)test_state;
+	press(0.012);
+	assert_false(l.doubtful[UPPER]);
+	assert_false(l.doubtful[LOWER]);
+}
+
+/* The cheek's label has no point where it is expected, but `off_m` aside. */
+static void leave_over(double off_m, bool is_ghost)
+{
+	struct vec3 aside_m = MARKERS[CHEEK].neutral_m;
+
+	aside_m.x += off_m;
+	add_point(0, MARKERS[UPPER].neutral_m, UPPER);
+	add_point(1, MARKERS[LOWER].neutral_m, LOWER);
+	add_point(2, aside_m, ASSIGN_NONE);
+	l.is_ghost[2] = is_ghost;
+	nearby_build(&l.nearby, points, LABELS, NULL);
+	label_pair_left_over(&l, &state);
+}
+
+static void left_over_near_each_other_are_a_pair(void **test_state)
+{
+	(void)test_state;
+	leave_over(0.005, false);
+	assert_int_equal(l.assign.column_of_row[CHEEK], 2);
+	assert_int_equal(l.assign.row_of_column[2], CHEEK);
+}
+
+static void far_points_and_known_lights_stay_nobodys(void **test_state)
+{
+	(void)test_state;
+	leave_over(0.02, false);
+	assert_int_equal(l.assign.column_of_row[CHEEK], ASSIGN_NONE);
+	leave_over(0.005, true);
+	assert_int_equal(l.assign.column_of_row[CHEEK], ASSIGN_NONE);
+}
+
+static void what_two_labels_could_mean_is_no_pair(void **test_state)
+{
+	(void)test_state;
+	l.expected_m[LOWER] = l.expected_m[CHEEK];
+	leave_over(0.005, false);
+	assert_int_equal(l.assign.column_of_row[CHEEK], ASSIGN_NONE);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(nearest_across_is_below, make_face),
+		cmocka_unit_test_setup(lips_the_wrong_way_round_are_exchanged, make_face),
+		cmocka_unit_test_setup(lips_in_order_and_single_ones_stay, make_face),
+		cmocka_unit_test_setup(pressed_lips_have_no_name, make_face),
+		cmocka_unit_test_setup(a_lip_hidden_elsewhere_doubts_nobody, make_face),
+		cmocka_unit_test_setup(left_over_near_each_other_are_a_pair, make_face),
+		cmocka_unit_test_setup(far_points_and_known_lights_stay_nobodys, make_face),
+		cmocka_unit_test_setup(what_two_labels_could_mean_is_no_pair, make_face),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
