@@ -124,12 +124,12 @@ def test_interrupted_it_leaves_no_file(stage, tmp_path, how):
     assert not list(output.parent.iterdir())
 
 
-def turn_camera(model):
-    """By half a milliradian about the stage's origin."""
+def turn_camera(model, by_rad=5e-4):
+    """About the stage's origin."""
     head, _, rest = model.read_text().partition("'extrinsics': [")
     numbers, _, tail = rest.partition("]")
     values = [float(x) for x in numbers.split(",") if x.strip()]
-    values[1] += 5e-4
+    values[1] += by_rad
     model.write_text(head + "'extrinsics': [ " + ", ".join(map(repr, values)) + " ]" + tail)
 
 
@@ -138,7 +138,10 @@ def test_a_rig_of_another_day_names_the_camera(tmp_path):
     assert ctl("sim", "record", take, "--scene", "talking", "--seconds", "1.5", "--rate", "30").returncode == 0
     good = ctl("process", take / "stage.yaml", "--json").stderr.splitlines()[-1]
     assert json.loads(good)["rig"]["moved"] == []
-    turn_camera(take / "rig" / "ir1.cameramodel")
+    assert all(0.5 < camera["residual_sigmas"] < 2 for camera in json.loads(good)["rig"]["cameras"])
+    turn_camera(take / "rig" / "ir1.cameramodel", 1e-4)
+    assert "camera ir1: its spots are off by" in ctl("process", take / "stage.yaml").stderr
+    turn_camera(take / "rig" / "ir1.cameramodel", 4e-4)
     done = ctl("process", take / "stage.yaml", "--json")
     assert [camera["camera"] for camera in json.loads(done.stderr.splitlines()[-1])["rig"]["moved"]] == ["ir1"]
     assert "camera ir1: " in ctl("process", take / "stage.yaml").stderr
