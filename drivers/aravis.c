@@ -77,13 +77,25 @@ static struct aravis_rows rows_of(const struct camera_mode *mode)
 	return (struct aravis_rows){mode->row_time_ns * (mode->height_px - 1) / 2, 0};
 }
 
+/* Aravis would ask for seconds, and give other reasons. */
+static int check_there(const struct aravis_camera *camera, struct diag *diag)
+{
+	if (!camera->gone && (!arv_camera_is_gv_device(camera->device) ||
+			      aravis_probe(aravis_ip(camera->device)) == 0))
+		return 0;
+	diag_add(diag, "%s: gone: it does not answer: check power and cable", camera->address);
+	return -ENODEV;
+}
+
 static int aravis_configure(struct camera *base, const struct camera_mode *wanted,
 			    struct camera_mode *granted, struct diag *diag)
 {
 	struct aravis_camera *camera = (struct aravis_camera *)base;
-	int error = aravis_configure_device(camera->device, camera->address, wanted, &camera->mode,
-					    &camera->format, diag);
+	int error = check_there(camera, diag);
 
+	if (!error)
+		error = aravis_configure_device(camera->device, camera->address, wanted,
+						&camera->mode, &camera->format, diag);
 	if (error)
 		return error;
 	camera->rows = rows_of(&camera->mode);
@@ -137,8 +149,11 @@ static int aravis_start(struct camera *base, struct diag *diag)
 {
 	struct aravis_camera *camera = (struct aravis_camera *)base;
 	GError *error = NULL;
+	int result = check_there(camera, diag);
+
+	if (result)
+		return result;
 	guint payload_bytes = arv_camera_get_payload(camera->device, &error);
-	int result;
 
 	if (error)
 		return aravis_fail(&error, camera->gone ? -ENODEV : -EIO, camera->address,

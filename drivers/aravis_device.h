@@ -64,6 +64,7 @@ bool aravis_resends(ArvCamera *device);
  * logs a warning when the kernel grants less than two. */
 void aravis_widen_socket(ArvStream *stream, const char *address, size_t payload_bytes);
 
-/* Adds one message from a GLib error, which it clears; returns `error_number`. */
+/* Adds one message from a GLib error, which it clears; returns `error_number`, or -ENODEV where the
+ * error says that the device does not answer. */
 int aravis_fail(GError **error, int error_number, const char *address, const char *doing,
 		struct diag *diag);

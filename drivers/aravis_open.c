@@ -35,11 +35,22 @@ static const char *remedy(const GError *error)
 	}
 }
 
+/* Nobody answers any more. */
+static bool is_gone(const GError *error)
+{
+	return error && error->domain == ARV_DEVICE_ERROR &&
+	       (error->code == ARV_DEVICE_ERROR_TIMEOUT ||
+		error->code == ARV_DEVICE_ERROR_NOT_CONNECTED ||
+		error->code == ARV_DEVICE_ERROR_NOT_FOUND);
+}
+
 int aravis_fail(GError **error, int error_number, const char *address, const char *doing,
 		struct diag *diag)
 {
 	diag_add(diag, "%s: %s: %s; %s", address, doing,
 		 *error ? (*error)->message : "Aravis gives no reason", remedy(*error));
+	if (is_gone(*error))
+		error_number = -ENODEV;
 	g_clear_error(error);
 	return error_number;
 }

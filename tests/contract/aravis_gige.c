@@ -405,6 +405,25 @@ static void unplugged_camera_is_soon_gone_and_keeps_nobody_waiting(void **state)
 }
 
 /* A cable that is pulled answers nothing at all. */
+static void camera_that_vanishes_before_the_start_is_gone(void **state)
+{
+	struct fixture *f = *state;
+	struct camera *camera = gige_camera_open(&f->lossy, 2);
+	struct camera_mode mode = {.format = PIXEL_GREY8};
+	struct diag diag = {0};
+
+	assert_int_equal(driver->configure(camera, &mode, &mode, &diag), 0);
+	kill(f->lossy.pid, SIGSTOP);
+	int error = driver->start(camera, &diag);
+
+	kill(f->lossy.pid, SIGCONT);
+	assert_int_equal(error, -ENODEV);
+	assert_int_equal(diag.count, 1);
+	assert_non_null(strstr(diag.text, "it does not answer: check power and cable"));
+	diag_finish(&diag);
+	driver->close(camera);
+}
+
 static void silent_camera_is_soon_gone(void **state)
 {
 	struct fixture *f = *state;
@@ -441,6 +460,7 @@ int main(int argc, char **argv)
 		cmocka_unit_test(frames_are_lent_where_the_receiver_put_them),
 		cmocka_unit_test(second_receiver_is_told_that_the_camera_is_busy),
 		cmocka_unit_test(unplugged_camera_is_soon_gone_and_keeps_nobody_waiting),
+		cmocka_unit_test(camera_that_vanishes_before_the_start_is_gone),
 		cmocka_unit_test(silent_camera_is_soon_gone),
 		cmocka_unit_test(told_to_end_the_simulator_ends),
 	};
