@@ -5,6 +5,12 @@
 
 #define TORN_CHI2 25.0 /* five sigmas: such views are not of one marker */
 
+/* Of more views than three, those that are of another marker are known. */
+static bool is_torn(const struct fix *fix)
+{
+	return fix->used_count == 3 && fix->chi2_per_dof > TORN_CHI2;
+}
+
 static void sort_by_x(struct nearby *n)
 {
 	for (int gap = n->count / 2; gap > 0; gap /= 2)
@@ -50,8 +56,8 @@ void nearby_build(struct nearby *n, const struct point *points, uint32_t point_c
 {
 	n->count = 0;
 	for (uint32_t p = 0; p < point_count; p++) {
-		if (__builtin_popcount(points[p].claimed_mask) < 3 ||
-		    points[p].fix.chi2_per_dof > TORN_CHI2 || (skip && skip[p]))
+		if (__builtin_popcount(points[p].claimed_mask) < 3 || is_torn(&points[p].fix) ||
+		    (skip && skip[p]))
 			continue;
 		n->p_stage_m[n->count] = points[p].fix.p_stage_m;
 		n->point[n->count++] = (int16_t)p;

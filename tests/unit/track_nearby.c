@@ -61,6 +61,7 @@ static void views_that_contradict_each_other_are_of_no_marker(void **state)
 	rng_init(&rng, 3, 1);
 	scatter(&rng);
 	points[5].fix.chi2_per_dof = 100;
+	points[5].fix.used_count = 3;
 	points[9].claimed_mask = 3; /* two cameras */
 	nearby_build(&nearby, points, COUNT, NULL);
 	assert_int_equal(nearby.count, COUNT - 2);
