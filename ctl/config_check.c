@@ -26,19 +26,28 @@ static uint32_t recorded_cameras(const struct config *config)
 	return mask;
 }
 
+/* Both plans that it may be armed with. */
+static int check_trigger(const struct config *config, struct diag *diag)
+{
+	const char *rest;
+	const struct trigger_driver *driver =
+		trigger_driver_find(live_triggers, config->trigger, &rest, diag);
+
+	if (!driver)
+		return -EINVAL;
+	if (!driver->check)
+		return 0;
+	int err = driver->check(rest, &config->plan, diag);
+	return err ? err : driver->check(rest, &config->calibration_plan, diag);
+}
+
 /* A live camera or trigger is not touched, but its driver must be one that there is, and a
- * trigger's address one that it can read. */
+ * trigger's address and plan such that it can do them. */
 static int check_drivers(const struct config *config, struct diag *diag)
 {
-	const struct trigger_driver *trigger;
 	const char *rest;
-	int err = 0;
+	int err = check_trigger(config, diag);
 
-	trigger = trigger_driver_find(live_triggers, config->trigger, &rest, diag);
-	if (!trigger)
-		err = -EINVAL;
-	else if (trigger->check_address)
-		err = trigger->check_address(rest, diag);
 	for (uint32_t c = 0; c < config->camera_count; c++)
 		if (!camera_driver_find(live_drivers, config->cameras[c].address, &rest, diag))
 			err = -EINVAL;

@@ -55,9 +55,9 @@ struct trigger_driver {
 	const char *name;
 	bool reports_edges; /* false: shots are made from the frames' own times (free running) */
 
-	/* Whether an address reads as one, without touching a device: 0, or -EINVAL with a message.
-	 * NULL: any does. */
-	int (*check_address)(const char *rest, struct diag *diag);
+	/* Whether an address reads as one and a plan is one that such a device can do, without
+	 * touching it: 0, or -EINVAL with a message. NULL: any is. */
+	int (*check)(const char *rest, const struct trigger_plan *plan, struct diag *diag);
 
 	int (*open)(struct trigger **out, const char *rest, struct diag *diag);
 	void (*close)(struct trigger *trigger); /* accepts NULL */

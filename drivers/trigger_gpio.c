@@ -240,7 +240,7 @@ static int gpio_next(struct trigger *base, int64_t timeout_ns, struct edge *out)
 const struct trigger_driver gpio_trigger_driver = {
 	.name = "gpio",
 	.reports_edges = true,
-	.check_address = gpio_trigger_check_address,
+	.check = gpio_trigger_check,
 	.open = gpio_trigger_open,
 	.close = gpio_trigger_close,
 	.arm = gpio_arm,

@@ -31,6 +31,6 @@ struct gpio_trigger {
 };
 
 /* As struct trigger_driver says. */
-int gpio_trigger_check_address(const char *rest, struct diag *diag);
+int gpio_trigger_check(const char *rest, const struct trigger_plan *plan, struct diag *diag);
 int gpio_trigger_open(struct trigger **out, const char *rest, struct diag *diag);
 void gpio_trigger_close(struct trigger *base);

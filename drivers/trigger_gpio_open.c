@@ -84,11 +84,12 @@ static void name_trigger(char who[GPIO_WHO_BYTES], const char *rest)
 		 (int)(strcspn(rest, ",") % GPIO_NAME_BYTES), rest);
 }
 
-int gpio_trigger_check_address(const char *rest, struct diag *diag)
+int gpio_trigger_check(const char *rest, const struct trigger_plan *plan, struct diag *diag)
 {
 	struct gpio_address address;
 	char who[GPIO_WHO_BYTES];
 
+	(void)plan; /* lines can do any */
 	name_trigger(who, rest);
 	return gpio_address_parse(&address, rest, who, diag);
 }

@@ -10,6 +10,7 @@
 #include "drivers/trigger_usb.h"
 #include "drivers/trigger_usb_stream.h"
 
+#define PACKET_BYTES 512
 #define WHO_BYTES (FT232H_NAME_BYTES + 16)
 #define DRIFT_SHARE 5000 /* of the age of a reading: what the clocks may have moved apart */
 
@@ -55,6 +56,28 @@ static int open_adapter(struct usb_trigger *trigger, struct diag *diag)
 	return err;
 }
 
+/* As messages have it, without the lines. */
+static void name(char who[WHO_BYTES], const char *rest)
+{
+	size_t length = strcspn(rest, ",");
+	bool named = length > 0 && length < FT232H_NAME_BYTES && !memchr(rest, '=', length);
+
+	snprintf(who, WHO_BYTES, "trigger usb%s%.*s", named ? ":" : "", named ? (int)length : 0,
+		 rest);
+}
+
+/* A plan is asked about the packets of a high-speed port, the largest. */
+static int usb_check(const char *rest, const struct trigger_plan *plan, struct diag *diag)
+{
+	struct usb_address address;
+	struct usb_wave wave;
+	char who[WHO_BYTES];
+
+	name(who, rest);
+	int err = usb_address_parse(&address, rest, who, diag);
+	return err ? err : usb_wave_make(&wave, plan, address.bits, PACKET_BYTES, who, diag);
+}
+
 static int usb_open(struct trigger **out, const char *rest, struct diag *diag)
 {
 	struct usb_trigger *trigger = calloc(1, sizeof(*trigger));
@@ -65,10 +88,7 @@ static int usb_open(struct trigger **out, const char *rest, struct diag *diag)
 	}
 	trigger->base.driver = &usb_trigger_driver;
 	clock_semaphore_init(&trigger->wake);
-	size_t length = strcspn(rest, ",");
-	bool named = length > 0 && length < FT232H_NAME_BYTES && !memchr(rest, '=', length);
-	snprintf(trigger->who, sizeof(trigger->who), "trigger usb%s%.*s", named ? ":" : "",
-		 named ? (int)length : 0, rest);
+	name(trigger->who, rest);
 	int err = usb_address_parse(&trigger->address, rest, trigger->who, diag);
 	if (!err)
 		err = open_adapter(trigger, diag);
@@ -180,6 +200,7 @@ static int usb_next(struct trigger *base, int64_t timeout_ns, struct edge *out)
 const struct trigger_driver usb_trigger_driver = {
 	.name = "usb",
 	.reports_edges = true,
+	.check = usb_check,
 	.open = usb_open,
 	.close = usb_close,
 	.arm = usb_arm,

@@ -21,7 +21,7 @@
 #define SILENCE_NS (2 * NS_PER_S) /* that nothing is taken */
 #define SHOTS_NS (4 * NS_PER_S)   /* told and not yet asked for */
 #define SHOTS_MIN 16
-#define STOP_NS (500 * NS_PER_MS) /* what is cancelled comes back at once */
+#define STOP_NS (5 * NS_PER_S) /* what is cancelled comes back, in its time */
 #define LEAD_IN_WRITES 64
 #define PRIORITY 55 /* SCHED_FIFO, between the trigger thread and the cameras */
 
@@ -203,6 +203,7 @@ static int send_first(struct usb_stream *stream, int64_t *before_ns, int64_t *af
 static int begin(struct usb_stream *stream)
 {
 	int64_t window_ns = stream->period_ns / WINDOW_SHARE, before_ns, after_ns, first;
+	int tries = stream->pace.due_ns ? 1 : TRIES; /* shots are waiting */
 
 	stream->beginning = true;
 	if (window_ns < WINDOW_NS)
@@ -213,7 +214,7 @@ static int begin(struct usb_stream *stream)
 
 		if (err)
 			return err;
-		if (after_ns - before_ns <= window_ns || try == TRIES)
+		if (after_ns - before_ns <= window_ns || try == tries)
 			break;
 		drain(stream);
 	}
@@ -317,12 +318,14 @@ int usb_stream_init(struct usb_stream *stream, struct ft232h *adapter, const str
 	return err;
 }
 
+/* What does not come back stays the library's. */
 void usb_stream_finish(struct usb_stream *stream)
 {
 	usb_stream_stop(stream);
-	for (uint32_t w = 0; stream->writes && w < stream->write_count; w++)
+	for (uint32_t w = 0; !pending(stream) && stream->writes && w < stream->write_count; w++)
 		ft232h_write_finish(&stream->writes[w]);
-	free(stream->writes);
+	if (!pending(stream))
+		free(stream->writes);
 	free(stream->samples);
 	ring_finish(&stream->shots);
 	memset(stream, 0, sizeof(*stream));

@@ -12,7 +12,7 @@
 
 #define AHEAD_SAMPLES (2 * USB_WAVE_FIFO_SAMPLES) /* more than the adapter holds */
 #define LATE_MIN_NS (2 * NS_PER_MS)
-#define LATE_SHARE 16 /* of a period */
+#define LATE_SHARE 8 /* of a period */
 #define LATE_COUNT 16 /* readings: a busy machine is not late every time */
 #define LATE_FOR_NS (250 * NS_PER_MS)
 

@@ -8,6 +8,7 @@
 #include <getopt.h>
 #include <pthread.h>
 #include <sched.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,9 +24,12 @@
 
 #define FIFO_BYTES 1024
 #define PACKET_BYTES 512
-/* A packet that comes so late is put out as if it had come in time: the machine that this runs on
- * stands still now and then. What a driver has on its way must be far more. */
-#define GRACE_NS (100 * NS_PER_MS)
+/* A packet that comes so late is put out as if it had come in time, and so is one that comes late
+ * because the machine stood still: what a driver has on its way must be more. */
+#define GRACE_NS (60 * NS_PER_MS)
+#define BEAT_NS (10 * NS_PER_MS)
+#define STILL_NS (50 * NS_PER_MS) /* is worth a word */
+#define CPUS 2
 #define CHANGES_MAX 4096
 #define FIRST_LINE 5 /* D5 */
 #define LINES_MAX 3
@@ -51,9 +55,12 @@ static struct adapter {
 	struct gpio_outputs *outputs;
 	struct ring changes;
 	struct clock_semaphore changed;
-	pthread_mutex_t lock; /* of what follows */
+	_Atomic int64_t still_ns; /* that the machine stood still so far */
+	pthread_mutex_t lock;     /* of what follows */
 	uint32_t divisor;
 	uint8_t mask, last;
+	int64_t read_ns;                /* when the packet was asked for */
+	int64_t taken_still_ns;         /* still_ns when the last packet was taken */
 	int64_t taken;                  /* samples */
 	int64_t begin_ns, begin_sample; /* of samples without a gap */
 } adapter = {.endpoint = -1, .trace_fd = -1, .lock = PTHREAD_MUTEX_INITIALIZER, .divisor = 60};
@@ -72,13 +79,25 @@ static int64_t time_of(int64_t sample)
 	return adapter.begin_ns + (int64_t)((double)(sample - adapter.begin_sample) * sample_ns);
 }
 
+static void note_record(const struct bit_bang_record *record)
+{
+	if (adapter.trace_fd >= 0 &&
+	    write(adapter.trace_fd, record, sizeof(*record)) != sizeof(*record))
+		perror("trace");
+}
+
 static void note(enum bit_bang_kind kind, int64_t sample, uint32_t levels)
 {
 	const struct bit_bang_record record = {sample, time_of(sample), kind, levels};
 
-	if (adapter.trace_fd >= 0 &&
-	    write(adapter.trace_fd, &record, sizeof(record)) != sizeof(record))
-		perror("trace");
+	note_record(&record);
+}
+
+static void note_still(int64_t still_ns)
+{
+	const struct bit_bang_record record = {still_ns, clock_now_ns(), BIT_BANG_STILL, 0};
+
+	note_record(&record);
 }
 
 static void change_lines(int64_t sample, uint32_t levels)
@@ -93,11 +112,29 @@ static void change_lines(int64_t sample, uint32_t levels)
 	clock_semaphore_post(&adapter.changed);
 }
 
-static void put_out(const uint8_t *bytes, int count, int64_t now_ns)
+/* The machine's own standing still is not the driver's fault. */
+static bool is_dry(int64_t now_ns)
 {
 	bool fresh = adapter.taken == adapter.begin_sample;
+	int64_t dry_ns = time_of(adapter.taken) + (fresh ? 0 : GRACE_NS);
 
-	if (now_ns >= time_of(adapter.taken) + (fresh ? 0 : GRACE_NS)) {
+	if (now_ns < dry_ns || fresh)
+		return now_ns >= dry_ns;
+	clock_sleep_until(now_ns + 2 * BEAT_NS); /* until it is known */
+	int64_t still_ns = atomic_load(&adapter.still_ns) - adapter.taken_still_ns;
+	if (now_ns >= dry_ns + still_ns)
+		fprintf(stderr,
+			"# bit_bang: a packet came %.1f ms late, read in %.1f ms, while the "
+			"machine stood still for %.1f ms\n",
+			(double)(now_ns - time_of(adapter.taken)) / NS_PER_MS,
+			(double)(now_ns - adapter.read_ns) / NS_PER_MS,
+			(double)still_ns / NS_PER_MS);
+	return now_ns >= dry_ns + still_ns;
+}
+
+static void put_out(const uint8_t *bytes, int count, int64_t now_ns)
+{
+	if (is_dry(now_ns)) {
 		adapter.begin_ns = now_ns;
 		adapter.begin_sample = adapter.taken;
 		note(BIT_BANG_BEGIN, adapter.taken, adapter.last & adapter.mask);
@@ -108,6 +145,7 @@ static void put_out(const uint8_t *bytes, int count, int64_t now_ns)
 		adapter.last = bytes[i];
 	}
 	adapter.taken += count;
+	adapter.taken_still_ns = atomic_load(&adapter.still_ns);
 	if (adapter.last & adapter.mask)
 		note(BIT_BANG_LIT, adapter.taken, adapter.last & adapter.mask);
 }
@@ -123,6 +161,7 @@ static void *take(void *unused)
 
 		pthread_mutex_unlock(&adapter.lock);
 		clock_sleep_until(room_ns);
+		adapter.read_ns = clock_now_ns();
 		int count = usb_device_take(adapter.fd, adapter.endpoint, packet, sizeof(packet));
 		int64_t now_ns = clock_now_ns();
 
@@ -134,6 +173,27 @@ static void *take(void *unused)
 		pthread_mutex_unlock(&adapter.lock);
 	}
 	return unused;
+}
+
+/* On a processor of its own: how much later it wakes up than it should. */
+static void *beat(void *cpu)
+{
+	cpu_set_t cpus;
+
+	CPU_ZERO(&cpus);
+	CPU_SET((size_t)(uintptr_t)cpu, &cpus);
+	pthread_setaffinity_np(pthread_self(), sizeof(cpus), &cpus);
+	for (;;) {
+		int64_t wake_ns = clock_now_ns() + BEAT_NS;
+
+		clock_sleep_until(wake_ns);
+		int64_t still_ns = clock_now_ns() - wake_ns;
+		if (still_ns > BEAT_NS / 2)
+			atomic_fetch_add(&adapter.still_ns, still_ns);
+		if (still_ns > STILL_NS)
+			note_still(still_ns);
+	}
+	return NULL;
 }
 
 /* The lines of the GPIO chip follow. */
@@ -286,6 +346,7 @@ static int open_lines(void)
 static int run(void)
 {
 	struct sched_param param = {.sched_priority = 90};
+	pthread_t thread;
 	int err = 0;
 
 	mlockall(MCL_CURRENT | MCL_FUTURE);
@@ -294,6 +355,8 @@ static int run(void)
 		adapter.trace_fd = open(options.trace, O_WRONLY | O_APPEND | O_CREAT, 0600);
 	if (options.chip)
 		err = open_lines();
+	for (uintptr_t cpu = 0; !err && cpu < CPUS; cpu++)
+		err = -pthread_create(&thread, NULL, beat, (void *)cpu);
 	if (!err)
 		err = usb_device_open(&adapter.fd, options.bus);
 	return err ? err : serve();

