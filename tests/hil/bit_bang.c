@@ -24,8 +24,7 @@
 
 #define FIFO_BYTES 1024
 #define PACKET_BYTES 512
-/* A packet that comes so late is put out as if it had come in time, and so is one that comes late
- * because the machine stood still: what a driver has on its way must be more. */
+/* A packet for which a driver needs no longer is put out as if it had come in time. */
 #define GRACE_NS (60 * NS_PER_MS)
 #define BEAT_NS (10 * NS_PER_MS)
 #define STILL_NS (50 * NS_PER_MS) /* is worth a word */
@@ -112,24 +111,20 @@ static void change_lines(int64_t sample, uint32_t levels)
 	clock_semaphore_post(&adapter.changed);
 }
 
-/* The machine's own standing still is not the driver's fault. */
+/* Whether the driver had nothing on its way: how late the packet is asked for here is not its
+ * fault, nor that the machine stands still. */
 static bool is_dry(int64_t now_ns)
 {
-	bool fresh = adapter.taken == adapter.begin_sample;
-	int64_t dry_ns = time_of(adapter.taken) + (fresh ? 0 : GRACE_NS);
+	int64_t dry_ns = time_of(adapter.taken);
+	int64_t from_ns = dry_ns > adapter.read_ns ? dry_ns : adapter.read_ns;
 
-	if (now_ns < dry_ns || fresh)
+	if (now_ns < dry_ns || adapter.taken == adapter.begin_sample)
 		return now_ns >= dry_ns;
-	clock_sleep_until(now_ns + 2 * BEAT_NS); /* until it is known */
+	if (now_ns < from_ns + GRACE_NS)
+		return false;
+	clock_sleep_until(now_ns + 2 * BEAT_NS); /* until that is known */
 	int64_t still_ns = atomic_load(&adapter.still_ns) - adapter.taken_still_ns;
-	if (now_ns >= dry_ns + still_ns)
-		fprintf(stderr,
-			"# bit_bang: a packet came %.1f ms late, read in %.1f ms, while the "
-			"machine stood still for %.1f ms\n",
-			(double)(now_ns - time_of(adapter.taken)) / NS_PER_MS,
-			(double)(now_ns - adapter.read_ns) / NS_PER_MS,
-			(double)still_ns / NS_PER_MS);
-	return now_ns >= dry_ns + still_ns;
+	return now_ns >= from_ns + GRACE_NS + still_ns;
 }
 
 static void put_out(const uint8_t *bytes, int count, int64_t now_ns)
