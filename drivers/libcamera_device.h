@@ -30,8 +30,7 @@ int libcamera_configure_device(const struct libcamera_at *at, const struct camer
 			       const struct libcamera_format **format,
 			       struct libcamera_light *light, struct diag *diag);
 
-/* The directory of a sensor's sub-device in /sys; false for a camera that has none, as those on
- * USB. */
+/* The directory of a sensor's sub-device in /sys; false when there is none. */
 bool libcamera_find_sensor(const char *id, char *directory, size_t size);
 
 /* Of the sensors that are known. */

@@ -70,7 +70,7 @@ static void on_gone(void *user)
 	sem_post(&flow->ready);
 }
 
-/* libcamera tells only USB cameras' leave: other sensors are looked for. */
+/* libcamera tells the leave of cameras on USB only: sensors are looked for. */
 static void look_for_sensor(struct libcamera_flow *flow)
 {
 	if (!flow->gone && *flow->at->sensor && access(flow->at->sensor, F_OK))

@@ -12,6 +12,7 @@
 #include "drivers/libcamera_device.h"
 
 #define MODEL_PREFIX "model="
+#define HEX "0123456789abcdefABCDEF"
 
 struct search {
 	const char *rest;
@@ -25,16 +26,23 @@ struct listing {
 	void *user;
 };
 
-/* Cameras without a sensor that libcamera sets up are those on USB: the driver v4l2 lists them. An
- * id that an address cannot hold could not be opened by it. */
+/* Such ids end with the numbers of vendor and product: "...-046d:0825". */
+static bool is_usb(const char *id)
+{
+	const char *end = strrchr(id, '-');
+
+	return end && strlen(end) == 10 && end[5] == ':' && strspn(end + 1, HEX) == 4 &&
+	       strspn(end + 6, HEX) == 4;
+}
+
+/* Cameras on USB are for the driver v4l2. An id that an address cannot hold could not be opened by
+ * it. */
 static void tell(const char *id, const char *model, void *user)
 {
 	const struct listing *listing = user;
 	struct camera_info info = {0};
-	char sensor[80];
 
-	if (strlen(id) + sizeof("libcamera:") > sizeof(info.address) ||
-	    !libcamera_find_sensor(id, sensor, sizeof(sensor)))
+	if (strlen(id) + sizeof("libcamera:") > sizeof(info.address) || is_usb(id))
 		return;
 	snprintf(info.address, sizeof(info.address), "libcamera:%s", id);
 	snprintf(info.model, sizeof(info.model), "%s", model);
@@ -148,6 +156,13 @@ static int find_and_open(struct libcamera_at *at, const char *rest, struct diag 
 		diag_add(diag, "%s: several cameras match: name one by its id: %s", at->address,
 			 search.all);
 		return -EINVAL;
+	}
+	if (is_usb(search.id)) {
+		diag_add(diag,
+			 "%s: a USB camera: the driver v4l2 takes those; its address is in "
+			 "'stagectl camera list'",
+			 at->address);
+		return -ENOTSUP;
 	}
 	snprintf(at->id, sizeof(at->id), "%s", search.id);
 	error = libcamera_shim_open(&at->device, at->id);

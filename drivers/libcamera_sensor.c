@@ -155,8 +155,8 @@ static int refuse(const struct libcamera_at *at, const struct camera_mode *wante
 		  struct diag *diag)
 {
 	diag_add(diag,
-		 "%s: %s: libcamera's camera has no sensor whose own settings can be reached (USB "
-		 "cameras: by the driver v4l2): take it out",
+		 "%s: %s: the camera's sensor is no sub-device of V4L2, whose settings could be "
+		 "reached: take it out",
 		 at->address, wanted->triggered ? "trigger" : "controls");
 	return -ENOTSUP;
 }

@@ -37,7 +37,8 @@ static struct libcamera_device *the_device;
 
 void fake_libcamera_begin(void)
 {
-	fake = (struct fake_libcamera){.model = "ov9281",
+	fake = (struct fake_libcamera){.id = FAKE_ID,
+				       .model = "ov9281",
 				       .formats = {"R8"},
 				       .width_px = 64,
 				       .height_px = 48,
@@ -68,13 +69,13 @@ void libcamera_shim_let_go(void) {}
 int libcamera_shim_list(libcamera_found_fn *found, void *user)
 {
 	if (!fake.unseen)
-		found(FAKE_ID, fake.model, user);
+		found(fake.id, fake.model, user);
 	return fake.unseen ? 0 : 1;
 }
 
 int libcamera_shim_open(struct libcamera_device **out, const char *id)
 {
-	if (fake.unseen || strcmp(id, FAKE_ID) != 0)
+	if (fake.unseen || strcmp(id, fake.id) != 0)
 		return -ENODEV;
 	if (fake.busy)
 		return -EBUSY;

@@ -14,7 +14,7 @@
 
 /* Set before the camera is opened; begins with fake_libcamera_begin(). */
 struct fake_libcamera {
-	const char *model;
+	const char *id, *model;
 	const char *formats[FAKE_FORMATS]; /* libcamera's names */
 	bool processed;                    /* they are of no raw stream */
 	int width_px, height_px;           /* the one size */

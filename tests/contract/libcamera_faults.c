@@ -297,6 +297,26 @@ static void a_camera_is_found_by_its_model_and_told_to_be_busy(void **state)
 	assert_told("libcamera:model=imx219", FAKE_ID " (ov9281)", NULL);
 }
 
+static void count(const struct camera_info *info, void *user)
+{
+	assert_string_equal(info->address, "libcamera:" FAKE_ID);
+	++*(int *)user;
+}
+
+static void cameras_on_usb_are_left_to_v4l2(void **state)
+{
+	int listed = 0;
+
+	(void)state;
+	assert_int_equal(driver->list(count, &listed, &diag), 0);
+	assert_int_equal(listed, 1);
+	fake.id = "\\_SB_.PCI0.XHC_.RHUB.HS07-7:1.0-046d:0825";
+	assert_int_equal(driver->list(count, &listed, &diag), 0);
+	assert_int_equal(listed, 1);
+	assert_int_equal(driver->open(&camera, fake.id, NULL, &diag), -ENOTSUP);
+	assert_told(fake.id, "USB camera", "v4l2", NULL);
+}
+
 static void the_sensors_name_tells_its_shutter(void **state)
 {
 	struct camera_mode wanted = grey;
@@ -364,6 +384,7 @@ int main(void)
 		ON_CAMERA(settings_reach_the_camera_within_its_range),
 		ON_CAMERA(what_cannot_be_is_refused_with_its_remedy),
 		ON_CAMERA(a_camera_is_found_by_its_model_and_told_to_be_busy),
+		ON_CAMERA(cameras_on_usb_are_left_to_v4l2),
 		ON_CAMERA(the_sensors_name_tells_its_shutter),
 		ON_CAMERA(stamps_are_true_whatever_they_mark),
 	};
