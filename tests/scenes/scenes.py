@@ -13,6 +13,7 @@ import random
 import secrets
 import subprocess
 import sys
+import time
 
 SPEEDS_M_S = (0.2, 1.0)
 OPTICS = ("gaussian", "tailed")
@@ -20,6 +21,7 @@ BLOB_S, PIXEL_S = 60, 2
 SHORT_BLOB_S, SHORT_PIXEL_S = 20, 0.2
 SHORT_SPEEDS_M_S = (0.2, 0.4)  # of everyday speech: what no seed may fail
 SHORT_PIXEL_SCENES = 3  # which ones the seed says
+PIXEL_COST = 60         # of a picture, drawn and searched, over its blobs made from the truth
 START_MAX_S = 60        # of plays with pictures; blobs up to there, not scored
 SEED_MAX = 10 ** 6
 BIN_LEAST = 1000        # markers, below which a mean says little
@@ -46,12 +48,13 @@ class Play:
 
     def __init__(self, scene, level, optics, seed, seconds, speed_m_s, start_s=0):
         self.scene, self.row = scene, (scene["name"], level, optics)
+        self.name = f"{seed} at {speed_m_s:.2f}"
         self.words = ["play", scene["name"], "--level", level, "--optics", optics, "--seed", str(seed),
                       "--seconds", f"{seconds:g}", "--face-speed", f"{speed_m_s:.2f}"]
         if start_s > 0:
             self.words += ["--start", f"{start_s:.2f}", "--warm-up", f"{start_s:.2f}"]
-        images = scene["cameras"] * (40 if level == "pixel" else 1)
-        self.weight = seconds * scene["rate_hz"] * images * (1 + scene["markers"] / 100)
+        blob_s = start_s + (PIXEL_COST if level == "pixel" else 1) * seconds
+        self.weight = blob_s * scene["rate_hz"] * scene["cameras"] * (1 + scene["markers"] / 100)
         self.score = None
 
     def run(self, build):
@@ -109,14 +112,35 @@ def make_plays(scenes, options):
     return sorted(plays, key=lambda play: -play.weight)  # the longest first: cores end together
 
 
+class Progress:
+    """How much of the work is done: one line that changes on a terminal, else a line for every tenth."""
+
+    def __init__(self, plays):
+        self.count, self.whole = len(plays), sum(play.weight for play in plays)
+        self.done_count, self.done, self.told, self.began_s = 0, 0, 0, time.monotonic()
+
+    def tell(self, play):
+        self.done_count += 1
+        self.done += play.weight
+        share = self.done / self.whole
+        passed_s = time.monotonic() - self.began_s
+        line = f"{self.done_count} of {self.count} plays, {100 * share:.0f} %, {passed_s / 60:.1f} min"
+        if share < 1:
+            line += f", about {passed_s * (1 / share - 1) / 60:.1f} min left"
+        if sys.stderr.isatty():
+            print(f"\r{line:70}", end="\n" if self.done_count == self.count else "", file=sys.stderr, flush=True)
+        elif int(10 * share) > self.told:
+            self.told = int(10 * share)
+            print(line, file=sys.stderr, flush=True)
+
+
 def run_all(build, plays):
-    terminal = sys.stderr.isatty()
+    progress = Progress(plays)
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        running = [pool.submit(play.run, build) for play in plays]
-        for done, future in enumerate(concurrent.futures.as_completed(running), 1):
+        running = {pool.submit(play.run, build): play for play in plays}
+        for future in concurrent.futures.as_completed(running):
             future.result()
-            if terminal:
-                print(f"\r{done} of {len(plays)} plays", end="\n" if done == len(plays) else "", file=sys.stderr)
+            progress.tell(running[future])
 
 
 def mean(values_and_counts):
@@ -153,7 +177,7 @@ def judge(key, plays, gates):
     scores = [play.score for play in plays]
     worst = min(plays, key=lambda play: (-play.score["wrong"], play.score["right_share"]))
     row = dict(zip(("scene", "level", "optics"), key))
-    row |= {"plays": len(plays), "worst": worst.command(),
+    row |= {"plays": len(plays), "worst": worst.command(), "worst_play": worst.name,
             "right_share_worst": min(score["right_share"] for score in scores),
             "right_share_mean": mean([(score["right_share"], score["seen_by_three"]) for score in scores]),
             "unnamed_share": mean([(score["unnamed_share"], score["seen_by_three"]) for score in scores]),
@@ -178,7 +202,7 @@ def judge_all(plays, gates):
 
 def print_table(rows):
     print(f"{'scene':22} {'level':5} {'renderer':8} {'right %':>8} {'mean':>8} {'unnamed':>7} {'wrong':>5} {'swaps':>5} "
-          f"{'ghosts':>6} {'unseen':>6} {'rms mm':>7}  {'NEES/3 by 2, 3, 4, 5+':23} {'in 95 % ellipsoids':23} {'predicted':>11}  verdict")
+          f"{'ghosts':>6} {'unseen':>6} {'rms mm':>7}  {'NEES/3 by 2, 3, 4, 5+':23} {'in 95 % ellipsoids':23} {'predicted':>11}  {'worst seed, m/s':14}  verdict")
     for row in rows:
         nees, inside = ("".join(f"{b[what] * scale:5.{digits}f} " if b["count"] >= BIN_LEAST else "    - "
                                 for b in row["by_cameras"])
@@ -189,6 +213,7 @@ def print_table(rows):
         print(f"{row['scene']:22} {row['level']:5} {row['optics']:8} {100 * row['right_share_worst']:8.3f} "
               f"{100 * row['right_share_mean']:8.3f} {100 * row['unnamed_share']:7.3f} {row['wrong']:5} "
               f"{row['swapped']:5} {row['ghosts']:6} {row['unseen']:6} {row['rms_mm']:7.4f} {nees} {inside} {predicted}  "
+              f"{row['worst_play']:14}  "
               f"{'FAILED: ' + ', '.join(row['misses']) if row['misses'] else 'passed'}")
 
 
