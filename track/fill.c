@@ -77,6 +77,17 @@ static void add_neighbours(struct mean *mean, const struct last_sight *last, str
 	    variance_m2 + START_SIGMA_M * START_SIGMA_M);
 }
 
+/* Where it rests tells little while its neighbours are far from where they rest. */
+static void add_rest(struct mean *mean, const struct label_state *label, struct vec3 told_m,
+		     double told_sigma_m)
+{
+	struct vec3 apart = vec3_sub(told_m, label->rest_m);
+	double variance_m2 = label->rest_variance_m2 / 3;
+	double more_m2 = vec3_dot(apart, apart) / 3 - told_sigma_m * told_sigma_m - variance_m2;
+
+	add(mean, label->rest_m, variance_m2 + fmax(more_m2, 0));
+}
+
 /* The error is what the parts claim, times what was learned. */
 static struct filled fill_skin(const struct label_state *label, struct vec3 told_m,
 			       double told_sigma_m, double age_s)
@@ -85,7 +96,7 @@ static struct filled fill_skin(const struct label_state *label, struct vec3 told
 
 	add_own_motion(&mean, &label->last, age_s);
 	add_neighbours(&mean, &label->last, told_m, told_sigma_m, age_s);
-	add(&mean, label->rest_m, label->rest_variance_m2 / 3);
+	add_rest(&mean, label, told_m, told_sigma_m);
 	return (struct filled){vec3_scale(mean.sum, 1 / mean.weight), sqrt(1 / mean.weight)};
 }
 
