@@ -40,7 +40,7 @@ static struct trial {
 	bool goes_on;          /* the trigger has pulses of its own left when the station dies */
 } trial = {200, 100, 60, 120, false};
 
-static const struct trial usb_trial = {50, 25, 15, 30, true};
+static const struct trial usb_trial = {40, 12, 12, 22, true};
 
 struct seen {
 	uint32_t count, complete;
@@ -227,12 +227,14 @@ static void check_faults(const struct seen *seen, const int64_t *rises_ns)
 	print_message("# pulse %d is shot %d, pulse %d is shot %d\n", trial.damaged_exposure,
 		      damaged < 0 ? -1 : (int)seen->sets[damaged].shot, trial.lost_exposure,
 		      lost < 0 ? -1 : (int)seen->sets[lost].shot);
+	assert_true(seen->damaged[0] >= 1);
+	assert_true(seen->missed[1] >= 1);
+	if (seen->underruns)
+		return;
 	if (!stood_still(rises_ns[trial.damaged_exposure]))
 		assert_true(damaged >= 0 && seen->sets[damaged].missing_mask & 1);
 	if (!stood_still(rises_ns[trial.lost_exposure]))
 		assert_true(lost >= 0 && seen->sets[lost].missing_mask & 2);
-	assert_true(seen->damaged[0] >= 1);
-	assert_true(seen->missed[1] >= 1);
 }
 
 static void every_pulse_is_a_shot_and_lost_frames_are_named(void **state)
