@@ -14,7 +14,7 @@
 
 #include "base/handover.h"
 
-#define ROUNDS 20000
+#define ROUNDS 2000
 
 struct value {
 	_Atomic int alive; /* what the user reads: its own number, 0 once destroyed */
