@@ -168,7 +168,7 @@ static void a_machine_that_is_no_camera_is_told(void **state)
 static void what_answers_and_is_no_camera_is_told(void **state)
 {
 	(void)state;
-	refused(stranger, "127.0.0.1", -EIO, "answers, but cannot be used as a camera",
+	refused(stranger, "127.0.0.1", -ENODEV, "answers, but cannot be used as a camera",
 		"start it anew", NULL);
 }
 
