@@ -152,6 +152,15 @@ static bool is_known(const struct usb_stream *stream, const struct usb_shot *sho
 	return atomic_load(&stream->taken_sample) >= shot->sample;
 }
 
+/* What a later stream knows of its beginning does not hold for an earlier one. */
+static int64_t uncertainty_ns(const struct usb_stream *stream, const struct usb_shot *shot)
+{
+	int64_t now_ns = atomic_load(&stream->uncertainty_ns);
+	bool earlier = shot->sample < atomic_load(&stream->first_sample);
+
+	return earlier && shot->uncertainty_ns > now_ns ? shot->uncertainty_ns : now_ns;
+}
+
 static struct edge tell(struct usb_trigger *trigger, const struct usb_shot *shot)
 {
 	const struct usb_stream *stream = &trigger->stream;
@@ -162,7 +171,7 @@ static struct edge tell(struct usb_trigger *trigger, const struct usb_shot *shot
 	trigger->last_shot = shot->shot;
 	return (struct edge){.shot = shot->shot,
 			     .edge_ns = begin_ns + stream->wave.edge_off_ns,
-			     .uncertainty_ns = atomic_load(&stream->uncertainty_ns) +
+			     .uncertainty_ns = uncertainty_ns(stream, shot) +
 					       (now_ns - begin_ns) / DRIFT_SHARE,
 			     .late_ns = begin_ns > shot->due_ns ? begin_ns - shot->due_ns : 0,
 			     .missed = (uint32_t)(shot->shot - expected),

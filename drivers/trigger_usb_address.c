@@ -46,8 +46,10 @@ static int set_line(struct usb_address *address, const char *key, const char *na
 
 	for (int l = 0; l < PULSE_LINE_COUNT; l++)
 		if (l == line ? address->bits[l] : address->bits[l] == bit) {
-			diag_add(diag, "%s: %s=%s: given twice, the line or what it is for; give each once", who,
-				 key, name);
+			diag_add(diag,
+				 "%s: %s=%s: given twice, the line or what it is for; give each "
+				 "once",
+				 who, key, name);
 			return -EINVAL;
 		}
 	address->bits[line] = bit;

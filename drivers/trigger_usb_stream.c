@@ -75,6 +75,7 @@ static int send_shot(struct usb_stream *stream)
 				.device_ns = usb_pace_device_ns(pace, pace->shot_sample),
 				.due_ns = pace->due_ns,
 				.events = stream->strange};
+	usb_pace_host_ns(pace, shot.sample, &shot.uncertainty_ns);
 	uint32_t cuts[USB_WAVE_CUTS_MAX], length = usb_pace_advance(pace);
 	uint32_t count = usb_wave_cut(&stream->wave, shot.shot, length, cuts);
 	const uint8_t *samples = stream->samples;
@@ -218,6 +219,7 @@ static int begin(struct usb_stream *stream)
 			break;
 		drain(stream);
 	}
+	atomic_store(&stream->first_sample, first);
 	usb_pace_begin(&stream->pace, &stream->wave, stream->period_ns, first, before_ns, after_ns);
 	usb_pace_seek(&stream->pace, stream->end_sample);
 	stream->beginning = stream->starved = false;

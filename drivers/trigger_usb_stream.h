@@ -18,6 +18,7 @@ struct usb_shot {
 	int64_t sample;    /* its first */
 	int64_t device_ns; /* of that, by the adapter's clock */
 	int64_t due_ns;
+	int64_t uncertainty_ns; /* as known then; less once its stream has run for a while */
 	uint32_t events;
 };
 
@@ -43,6 +44,7 @@ struct usb_stream {
 	/* atomic, any thread */
 	_Atomic bool stopping;
 	_Atomic int lost;             /* errno */
+	_Atomic int64_t first_sample; /* of this stream; what is before was of another */
 	_Atomic int64_t taken_sample; /* the adapter took all before */
 	_Atomic int64_t delay_ns;     /* between the adapter's clock and ours, now */
 	_Atomic int64_t uncertainty_ns;
