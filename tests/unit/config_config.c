@@ -14,29 +14,7 @@
 
 #include <cmocka.h>
 
-#include "one_file.h"
-
-#define HEAD "rig: rig\nlayout: face.yaml\n"
-#define CAMERAS                                          \
-	"cameras:\n"                                     \
-	"- {name: ir1, address: 'aravis:192.168.1.7'}\n" \
-	"- {name: ir2, address: 'files:take/ir2'}\n"
-
-static struct config config;
-
-static int load(const char *text, struct diag *diag)
-{
-	write_file(text, strlen(text));
-	return config_load(&config, path, diag);
-}
-
-static void expect_messages(const char *text, const char *messages)
-{
-	struct diag diag = {0};
-
-	assert_int_equal(load(text, &diag), -EINVAL);
-	expect_lines(&diag, messages);
-}
+#include "one_config.h"
 
 static void five_lines_are_a_configuration(void **state)
 {
