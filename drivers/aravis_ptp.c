@@ -49,7 +49,11 @@ void aravis_ptp_set(struct aravis_ptp *ptp, ArvCamera *device, enum camera_clock
 
 		if (!has(of, features[f].enable))
 			continue;
-		arv_device_set_boolean_feature_value(of, features[f].enable, ptp->wanted, &error);
+		bool is_on = arv_device_get_boolean_feature_value(of, features[f].enable, &error);
+
+		if (!error && is_on != ptp->wanted) /* said twice it may begin to listen anew */
+			arv_device_set_boolean_feature_value(of, features[f].enable, ptp->wanted,
+							     &error);
 		ptp->on |= ptp->wanted && !error;
 		g_clear_error(&error);
 	}

@@ -284,7 +284,8 @@ int v4l2_fail(const struct v4l2_device *device, int error, const char *doing, st
 			 "stage "
 			 "is installed)";
 	else if (error == -EBUSY)
-		remedy = "another program uses it: end that (fuser -v on the device names it)";
+		remedy = "another program uses it: end that (fuser -v on the device names it), and "
+			 "look whether the config has this camera twice";
 	else if (error == -ENOSPC)
 		remedy = "no bandwidth left on its bus: another USB controller, or a lower rate, "
 			 "size or format";

