@@ -142,7 +142,7 @@ static int libcamera_configure(struct camera *base, const struct camera_mode *wa
 	if (error)
 		return error;
 	camera->timing = (struct libcamera_timing){
-		.period_ns = camera->mode.period_ns ? camera->mode.period_ns : wanted->period_ns,
+		.period_ns = camera->mode.period_ns,
 		.exposure_ns = camera->mode.exposure_ns,
 		.readout_ns = wanted->readout_ns,
 		.rows_ns = camera->mode.row_time_ns * (camera->mode.height_px - 1),
