@@ -68,6 +68,20 @@ def test_clock_and_lost_packets_are_told(gige_start):
     assert station.stop()[0] == 0
 
 
+def test_damaged_frames_are_counted_and_named_where_no_packet_comes_again(gige_start):
+    _, station = gige_start(["--lost-packets", "0.005"])
+    station.wait_running(20)
+    deadline = time.monotonic() + 20
+    while (camera := camera_of(station, "ir3"))["losses"]["damaged"] < 5 or (
+            camera["ledger"]["events"]["dropped"] < 5):
+        assert time.monotonic() < deadline, camera
+        time.sleep(0.2)
+    assert camera["device"]["missing_packets"] >= 5
+    assert camera["device"]["resent_packets"] == 0
+    assert camera["facts"]["resend"].startswith("off")
+    assert station.stop()[0] == 0
+
+
 def test_what_falls_short_of_the_config_stands_in_the_plain_status(gige_start):
     _, station = gige_start([], ", clock: ptp")
     station.wait_running(20)
