@@ -45,6 +45,8 @@ static void fill_camera(const struct station *station, uint32_t index,
 	out->state = capture_state_name(atomic_load(&capture->state));
 	out->frames = atomic_load(&counters->frames);
 	out->missing = atomic_load(&counters->missing);
+	out->blobs_masked = atomic_load(&counters->blobs_masked);
+	out->reopened = atomic_load(&counters->reopened);
 	out->queue = queue_of(capture->role == ROLE_IR ? &capture->sets : &capture->hd.notes);
 	out->loss_count = CAUSE_COUNT;
 	for (size_t i = 0; i < CAUSE_COUNT; i++) {
@@ -124,6 +126,7 @@ void station_accounts(const struct station *station, struct stream_statistics *o
 		.shots_incomplete = atomic_load(&station->solver.incomplete),
 		.shots_lost = atomic_load(&station->solver.lost),
 		.sim_late = sim_late_since_open(station) - station->sim_late_before,
+		.edges_refused = atomic_load(&station->pulses.edges_refused),
 		.edges = queue_of(&station->pulses.edges),
 		.sets = queue_of(&station->solver.sets),
 		.camera_count = station->stage.config.camera_count,

@@ -39,6 +39,8 @@ static int decode_camera(void *arena, const Stage__V1__CameraStatistics *from,
 	*to = (struct stage_camera_statistics){.state = from->state,
 					       .frames = from->frames,
 					       .missing = from->missing,
+					       .blobs_masked = from->blobs_masked,
+					       .reopened = from->reopened,
 					       .queue = decode_queue(from->queue),
 					       .moved_px = from->moved_px,
 					       .moved_mrad = from->moved_mrad};
@@ -124,6 +126,7 @@ int decode_statistics(void *arena, const Stage__V1__Statistics *from, struct sta
 					.shots_incomplete = from->shots_incomplete,
 					.shots_lost = from->shots_lost,
 					.sim_late = from->sim_late,
+					.edges_refused = from->edges_refused,
 					.shots_per_s = from->shots_per_s,
 					.edges = decode_queue(from->edges),
 					.sets = decode_queue(from->sets)};

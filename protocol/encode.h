@@ -48,7 +48,7 @@ struct stream_queue {
 
 struct stream_camera_statistics {
 	const char *state;
-	uint64_t frames, missing;
+	uint64_t frames, missing, blobs_masked, reopened;
 	struct stream_queue queue;
 	uint32_t loss_count, event_count;
 	double moved_px, moved_mrad;
@@ -79,7 +79,7 @@ struct stream_statistics {
 	const char *state;
 	uint32_t run;
 	double shots_per_s;
-	uint64_t shots_solved, shots_incomplete, shots_lost, sim_late;
+	uint64_t shots_solved, shots_incomplete, shots_lost, sim_late, edges_refused;
 	struct stream_queue edges, sets;
 	uint32_t camera_count, latency_count;
 	struct stream_camera_statistics cameras[CAMERA_MAX];

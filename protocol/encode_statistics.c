@@ -72,6 +72,8 @@ static Stage__V1__CameraStatistics *fill_camera(struct camera_parts *parts,
 	to->state = encode_text(from->state);
 	to->frames = from->frames;
 	to->missing = from->missing;
+	to->blobs_masked = from->blobs_masked;
+	to->reopened = from->reopened;
 	to->queue = fill_queue(&parts->queue, &from->queue);
 	to->moved_px = from->moved_px;
 	to->moved_mrad = from->moved_mrad;
@@ -133,6 +135,7 @@ static void fill_statistics(struct statistics_parts *parts, const struct stream_
 	to->shots_incomplete = from->shots_incomplete;
 	to->shots_lost = from->shots_lost;
 	to->sim_late = from->sim_late;
+	to->edges_refused = from->edges_refused;
 	to->shots_per_s = from->shots_per_s;
 	to->edges = fill_queue(&parts->edges, &from->edges);
 	to->sets = fill_queue(&parts->sets, &from->sets);

@@ -143,6 +143,8 @@ struct stage_camera_statistics {
 	/* how far its picture seems off by what the other cameras see, and the turn that explains
 	 * it (0: none fitted); 0 but for the camera that explains most */
 	double moved_px, moved_mrad;
+	uint64_t blobs_masked; /* spots that lay in its mask */
+	uint64_t reopened;     /* times that it was lost and came back */
 };
 
 struct stage_percentiles {
@@ -179,6 +181,7 @@ struct stage_statistics {
 	uint32_t latency_count;
 	const struct stage_latency *latencies;
 	const struct stage_pulses *pulses; /* NULL where no trigger reports them */
+	uint64_t edges_refused;            /* reports of pulses for which `edges` had no room */
 };
 
 /* The pointer that belongs to `kind` is set, the others are NULL. The memory is the client's:

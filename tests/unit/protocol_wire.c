@@ -208,12 +208,15 @@ static const struct stream_statistics SENT = {
 	.shots_incomplete = 7,
 	.shots_lost = 2,
 	.sim_late = 1,
+	.edges_refused = 6,
 	.sets = {1, 12, 64},
 	.camera_count = 2,
 	.latency_count = 1,
 	.cameras = {{.state = "running",
 		     .frames = 999,
 		     .missing = 7,
+		     .blobs_masked = 21,
+		     .reopened = 3,
 		     .queue = {0, 3, 64},
 		     .moved_px = 0.3,
 		     .moved_mrad = 0.2,
@@ -240,6 +243,8 @@ static void check_cameras(const struct stage_statistics *got)
 	assert_int_equal(got->cameras[0].losses[1].count, 3);
 	assert_string_equal(got->cameras[0].events[0].cause, "late");
 	assert_int_equal(got->cameras[0].queue.capacity, 64);
+	assert_int_equal(got->cameras[0].blobs_masked, 21);
+	assert_int_equal(got->cameras[0].reopened, 3);
 	assert_true(got->cameras[0].moved_px == 0.3 && got->cameras[0].moved_mrad == 0.2);
 	assert_string_equal(got->cameras[1].state, "lost");
 }
@@ -272,6 +277,7 @@ static void statistics_survive_the_wire(void **state)
 	assert_int_equal(got->shots_incomplete, 7);
 	assert_int_equal(got->shots_lost, 2);
 	assert_int_equal(got->sim_late, 1);
+	assert_int_equal(got->edges_refused, 6);
 	assert_int_equal(got->sets.filled_max, 12);
 	check_cameras(got);
 	assert_string_equal(got->latencies[0].stage, "light_to_sent");
