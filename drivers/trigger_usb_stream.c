@@ -23,7 +23,8 @@
 #define SHOTS_MIN 16
 #define STOP_NS (5 * NS_PER_S) /* what is cancelled comes back, in its time */
 #define LEAD_IN_WRITES 64
-#define PRIORITY 55 /* SCHED_FIFO, between the trigger thread and the cameras */
+#define OUT_NS (5 * NS_PER_MS) /* for good measure */
+#define PRIORITY 55            /* SCHED_FIFO, between the trigger thread and the cameras */
 
 static uint32_t pending(const struct usb_stream *stream)
 {
@@ -169,16 +170,22 @@ static void handle(struct usb_stream *stream)
 		lose(stream, err);
 }
 
-/* Until nothing is on its way and what the adapter took is on the lines. */
+/* Until what the adapter took was on the lines: what it holds, and a packet that was just coming.
+ */
+static void wait_until_out(const struct usb_stream *stream)
+{
+	int64_t samples = USB_WAVE_FIFO_SAMPLES + (int64_t)stream->wave.packet;
+
+	clock_sleep_until(clock_now_ns() + usb_wave_ns(stream->wave.divisor, samples) + OUT_NS);
+}
+
+/* Until nothing is on its way. */
 static void drain(struct usb_stream *stream)
 {
-	int64_t hold_ns = usb_wave_ns(stream->wave.divisor,
-				      USB_WAVE_FIFO_SAMPLES + (int64_t)stream->wave.packet);
-
 	while (pending(stream) && !is_over(stream))
 		handle(stream);
 	if (!is_over(stream))
-		clock_sleep_until(clock_now_ns() + hold_ns);
+		wait_until_out(stream);
 }
 
 /* One packet alone, to see when it is taken, with as many behind it as the rest takes to come. */
@@ -267,8 +274,6 @@ int usb_stream_start(struct usb_stream *stream)
 void usb_stream_stop(struct usb_stream *stream)
 {
 	int64_t until_ns = clock_now_ns() + STOP_NS;
-	int64_t hold_ns = usb_wave_ns(stream->wave.divisor,
-				      USB_WAVE_FIFO_SAMPLES + (int64_t)stream->wave.packet);
 
 	if (!stream->writes || atomic_exchange(&stream->stopping, true))
 		return;
@@ -280,7 +285,7 @@ void usb_stream_stop(struct usb_stream *stream)
 	while (pending(stream) && clock_now_ns() < until_ns)
 		ft232h_handle(stream->adapter, HANDLE_NS);
 	if (!atomic_load(&stream->lost))
-		clock_sleep_until(clock_now_ns() + hold_ns);
+		wait_until_out(stream);
 	ring_clear(&stream->shots);
 }
 

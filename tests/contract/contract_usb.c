@@ -14,8 +14,8 @@
 
 int main(int argc, char **argv)
 {
-	static const struct trigger_plan plan = {.period_ns = 50 * NS_PER_MS,
-						 .ir_exposure_ns = 20 * NS_PER_MS,
+	static const struct trigger_plan plan = {.period_ns = 100 * NS_PER_MS,
+						 .ir_exposure_ns = 45 * NS_PER_MS,
 						 .strobe_delay_ns = 4 * NS_PER_MS,
 						 .strobe_width_ns = 8 * NS_PER_MS,
 						 .strobe_duty_max = 0.5,
