@@ -24,7 +24,8 @@
 #define JUMP_SHARE 0.5      /* of the distance to the next marker, in one shot */
 #define FOLLOW_SIGMA 2.0    /* from where it is to the next marker, at least */
 #define JUST_BACK_SHARE 0.2 /* ... of one that is only just back */
-#define FOLLOW_SHARE 0.4    /* of the distance to the next marker: no farther from where expected */
+#define TWO_FAR_M 0.0015
+#define FOLLOW_SHARE 0.4 /* of the distance to the next marker: no farther from where expected */
 
 static void forget_label(struct label_state *label)
 {
@@ -177,6 +178,16 @@ static bool is_followed(const struct labelling *l, const struct label_state *lab
 	       (label->kind != LABEL_SKIN || label->spacing_m - off_m > FOLLOW_SIGMA * p->sigma_m);
 }
 
+/* Two cameras may agree on something else: they regain nothing, and where shots are far apart they
+ * hold only what is where the others have it. */
+static bool two_may_follow(const struct tracker_state *state, const struct labelling *l, uint32_t i,
+			   int64_t now_ns)
+{
+	return was_just_seen(&state->labels[i], now_ns) &&
+	       (!predict_far_apart(state) ||
+		vec3_distance(l->predictions.labels[i].local_m, l->seen_m[i]) < TWO_FAR_M);
+}
+
 static void update_label(struct tracker_state *state, const struct labelling *l,
 			 const struct leftovers *leftovers, struct point *points, uint32_t i,
 			 int64_t now_ns, double dt_s)
@@ -203,9 +214,8 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 		label->steady_since_ns = 0;
 	}
 	struct point *point = &points[l->point_of_label[i]];
-	/* two cameras may agree on something else: they regain nothing */
 	bool followed = is_followed(l, label, i, now_ns) &&
-			(point->fix.used_count >= 3 || was_just_seen(label, now_ns));
+			(point->fix.used_count >= 3 || two_may_follow(state, l, i, now_ns));
 	if (!followed && !may_confirm(state, l, leftovers, point, i, jumped, now_ns))
 		return;
 	if (point->fix.used_count >= 3) {
