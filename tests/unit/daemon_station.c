@@ -1,6 +1,6 @@
 /*
  * The station with cameras that misbehave on command: what they lose is counted, and nobody else
- * waits for them. The fake driver takes the place of the program's list of drivers.
+ * waits for them.
  */
 #include "daemon/station.h"
 
@@ -18,161 +18,11 @@
 #include <cmocka.h>
 
 #include "base/clock_virtual.h"
-#include "daemon/program_drivers.h"
-#include "drivers/trigger_free.h"
+#include "fake_cameras.h"
 #include "sim/scene.h"
 
-#define CAMERA_COUNT 4
-#define WIDTH_PX 1280
-#define HEIGHT_PX 1024
-#define PERIOD_NS (10 * NS_PER_MS)
-
-/* What a fake camera does from now on. */
-enum fault {
-	FAULT_NONE,
-	FAULT_SILENT,  /* nothing comes */
-	FAULT_GONE,    /* -ENODEV, and not there to open */
-	FAULT_DAMAGED, /* -EBADMSG for every frame */
-	FAULT_FOREIGN_CLOCK,
-	FAULT_GAPS,   /* the device loses every second frame */
-	FAULT_REPEAT, /* every frame comes twice */
-	FAULT_OTHER_SIZE,
-	FAULT_OVER, /* the recording is over */
-};
-
-struct fake_camera {
-	struct camera base;
-	_Atomic int *fault;
-	int64_t next_ns;
-	uint64_t seq;
-	bool repeat;
-};
-
-static _Atomic int faults[CAMERA_COUNT];
-static _Atomic int open_count;
-static int64_t granted_period_ns; /* 0: the device does not tell */
-static uint8_t black[WIDTH_PX * HEIGHT_PX];
 static char stage_dir[] = "/tmp/stage-test-XXXXXX";
 static char config_path[PATH_MAX];
-
-static int fake_list(camera_found_fn *found, void *user, struct diag *diag)
-{
-	(void)found, (void)user, (void)diag;
-	return 0;
-}
-
-static int fake_open(struct camera **out, const char *rest, const char *base_dir, struct diag *diag)
-{
-	_Atomic int *fault = &faults[rest[0] - '0'];
-	struct fake_camera *camera;
-
-	(void)base_dir;
-	if (atomic_load(fault) == FAULT_GONE) {
-		diag_add(diag, "fake:%s: not there: plug it in", rest);
-		return -ENODEV;
-	}
-	camera = calloc(1, sizeof(*camera));
-	camera->fault = fault;
-	*out = &camera->base;
-	open_count++;
-	return 0;
-}
-
-static void fake_close(struct camera *camera)
-{
-	if (camera)
-		open_count--;
-	free(camera);
-}
-
-static int fake_configure(struct camera *camera, const struct camera_mode *wanted,
-			  struct camera_mode *granted, struct diag *diag)
-{
-	(void)camera, (void)wanted, (void)diag;
-	*granted = (struct camera_mode){
-		.width_px = WIDTH_PX, .height_px = HEIGHT_PX, .period_ns = granted_period_ns};
-	return 0;
-}
-
-static int fake_start(struct camera *base, struct diag *diag)
-{
-	struct fake_camera *camera = (struct fake_camera *)base;
-
-	if (atomic_load(camera->fault) == FAULT_GONE) {
-		diag_add(diag, "fake: does not start: plug it in");
-		return -ENODEV;
-	}
-	/* all cameras expose at whole periods */
-	camera->next_ns = (clock_now_ns() / PERIOD_NS + 1) * PERIOD_NS;
-	return 0;
-}
-
-static void fake_stop(struct camera *camera)
-{
-	(void)camera;
-}
-
-static void fill_frame(struct fake_camera *camera, int fault, struct frame *out)
-{
-	*out = (struct frame){.pixels = black,
-			      .width_px = fault == FAULT_OTHER_SIZE ? WIDTH_PX / 2 : WIDTH_PX,
-			      .height_px = HEIGHT_PX,
-			      .stride_bytes = WIDTH_PX,
-			      .shot = SHOT_UNKNOWN,
-			      .device_seq = camera->seq,
-			      .mid_exposure_ns = camera->next_ns,
-			      .arrival_ns = clock_now_ns()};
-	if (fault == FAULT_FOREIGN_CLOCK)
-		out->mid_exposure_ns = 42;
-}
-
-static int fake_acquire(struct camera *base, int64_t timeout_ns, struct frame *out)
-{
-	struct fake_camera *camera = (struct fake_camera *)base;
-	int fault = atomic_load(camera->fault);
-
-	if (fault == FAULT_GONE || fault == FAULT_OVER)
-		return fault == FAULT_GONE ? -ENODEV : -ENODATA;
-	if (camera->repeat) {
-		camera->repeat = false;
-		fill_frame(camera, fault, out);
-		return 0;
-	}
-	if (fault == FAULT_SILENT) {
-		clock_sleep_until(clock_now_ns() + timeout_ns / 10);
-		camera->next_ns = (clock_now_ns() / PERIOD_NS + 1) * PERIOD_NS;
-		return -ETIMEDOUT;
-	}
-	do {
-		camera->next_ns += PERIOD_NS;
-		camera->seq++;
-	} while (fault == FAULT_GAPS && camera->seq % 2);
-	/* each camera is a little later than the one before it */
-	clock_sleep_until(camera->next_ns + (camera->fault - faults) * NS_PER_MS / 2);
-	camera->repeat = fault == FAULT_REPEAT;
-	fill_frame(camera, fault, out);
-	return fault == FAULT_DAMAGED ? -EBADMSG : 0;
-}
-
-static void fake_release(struct camera *camera, struct frame *frame)
-{
-	(void)camera, (void)frame;
-}
-
-static const struct camera_driver fake_driver = {
-	.name = "fake",
-	.list = fake_list,
-	.open = fake_open,
-	.close = fake_close,
-	.configure = fake_configure,
-	.start = fake_start,
-	.stop = fake_stop,
-	.acquire = fake_acquire,
-	.release = fake_release,
-};
-
-const struct camera_driver *const camera_drivers[] = {&fake_driver, NULL};
-const struct trigger_driver *const trigger_drivers[] = {&free_trigger_driver, NULL};
 
 static void take_sets(struct station *station)
 {
@@ -206,7 +56,7 @@ static struct station *start_station(void)
 
 	clock_virtual_begin(1000 * NS_PER_S, 1000 * NS_PER_S);
 	for (int c = 0; c < CAMERA_COUNT; c++)
-		faults[c] = FAULT_NONE;
+		fake_faults[c] = FAULT_NONE;
 	assert_int_equal(station_load(station, config_path, &diag), EXIT_CODE_OK);
 	assert_int_equal(station_configure(station, &diag), EXIT_CODE_OK);
 	assert_int_equal(station->state, STATION_CONFIGURED);
@@ -220,7 +70,7 @@ static void end_station(struct station *station)
 {
 	station_finish(station);
 	assert_int_equal(station->state, STATION_IDLE);
-	assert_int_equal(open_count, 0);
+	assert_int_equal(fake_open_count, 0);
 	free(station);
 	clock_virtual_end();
 }
@@ -230,7 +80,7 @@ static uint64_t shots_with_fault(struct station *station, enum fault fault, int6
 {
 	uint64_t before = station->solver.shots;
 
-	faults[1] = fault;
+	fake_faults[1] = fault;
 	run_for(station, duration_ns);
 	return station->solver.shots - before;
 }
@@ -294,13 +144,13 @@ static void every_lost_camera_says_since_when_and_why(void **state)
 	int64_t before_ns = clock_now_ns();
 
 	(void)state;
-	faults[2] = FAULT_GONE;
+	fake_faults[2] = FAULT_GONE;
 	shots_with_fault(station, FAULT_GONE, 200 * NS_PER_MS);
 	for (int c = 1; c <= 2; c++) { /* the second is tried although the first stays away */
 		assert_in_range(station->captures[c].lost_since_ns, before_ns, clock_now_ns());
 		assert_non_null(strstr(station->captures[c].lost_why, "not there: plug it in"));
 	}
-	faults[2] = FAULT_NONE;
+	fake_faults[2] = FAULT_NONE;
 	run_for(station, 200 * NS_PER_MS);
 	assert_int_equal(station->captures[1].state, CAPTURE_LOST);
 	assert_int_equal(station->captures[2].state, CAPTURE_RUNNING);
@@ -366,7 +216,7 @@ static void a_camera_that_went_away_while_stopped_is_lost_and_comes_back(void **
 
 	(void)state;
 	station_stop(station);
-	faults[3] = FAULT_GONE;
+	fake_faults[3] = FAULT_GONE;
 	assert_int_equal(station_start(station, STATION_START, &diag), EXIT_CODE_OK);
 	assert_int_equal(station->captures[3].state, CAPTURE_LOST);
 	assert_non_null(strstr(station->captures[3].lost_why, "does not start"));
@@ -374,7 +224,7 @@ static void a_camera_that_went_away_while_stopped_is_lost_and_comes_back(void **
 	station_stop(station);
 	assert_int_equal(station->captures[3].state, CAPTURE_LOST);
 	assert_int_equal(station_start(station, STATION_START, &diag), EXIT_CODE_OK);
-	faults[3] = FAULT_NONE;
+	fake_faults[3] = FAULT_NONE;
 	run_for(station, 200 * NS_PER_MS);
 	assert_int_equal(station->captures[3].state, CAPTURE_RUNNING);
 	diag_finish(&diag);
@@ -387,7 +237,7 @@ static void the_end_of_all_recordings_leaves_the_station_up(void **state)
 
 	(void)state;
 	for (int c = 0; c < CAMERA_COUNT; c++)
-		faults[c] = FAULT_OVER;
+		fake_faults[c] = FAULT_OVER;
 	run_for(station, 150 * NS_PER_MS);
 	assert_int_equal(station->state, STATION_ENDED);
 	assert_int_equal(station->captures[0].state, CAPTURE_ENDED);
@@ -423,11 +273,11 @@ static void one_camera_that_is_not_there_leaves_none_open(void **state)
 	struct diag diag = {0};
 
 	(void)state;
-	faults[2] = FAULT_GONE;
+	fake_faults[2] = FAULT_GONE;
 	assert_int_equal(station_load(station, config_path, &diag), EXIT_CODE_OK);
 	assert_int_equal(station_configure(station, &diag), EXIT_CODE_DEVICE);
 	assert_non_null(strstr(diag.text, "fake:2"));
-	assert_int_equal(open_count, 0);
+	assert_int_equal(fake_open_count, 0);
 	assert_int_equal(station->state, STATION_IDLE);
 	diag_finish(&diag);
 	free(station);
@@ -459,9 +309,9 @@ static void assert_holds(const struct ring *ring, int64_t period_ns)
 static void queues_hold_a_quarter_of_a_second_also_of_cameras_that_run_faster(void **state)
 {
 	(void)state;
-	granted_period_ns = PERIOD_NS / 2;
+	fake_period_ns = PERIOD_NS / 2;
 	struct station *station = start_station();
-	granted_period_ns = 0;
+	fake_period_ns = 0;
 	for (int c = 0; c < CAMERA_COUNT; c++)
 		assert_holds(&station->captures[c].sets, PERIOD_NS / 2);
 	assert_holds(&station->solver.sets, PERIOD_NS / 2);
