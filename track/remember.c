@@ -70,12 +70,12 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 	double steady_s = (double)(now_ns - label->steady_since_ns) * 1e-9;
 	if (label->kind == LABEL_SKIN && label_has_rival(l, state, i))
 		return steady_s > STEADY_ALONE_S;
+	if ((reading == READING_WHOLE || (rests && !label->confirmed)) &&
+	    point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_plain(l, state, i))
+		return true;
 	bool known = label->confirmed && (double)(now_ns - label->seen_ns) * 1e-9 < KNOWN_S;
 	if (label->kind != LABEL_SKIN || known || first_names_enclosed(state, l, leftovers, i))
 		return clear || steady_s > (label->kind == LABEL_BODY ? STEADY_BODY_S : STEADY_S);
-	if (reading == READING_WHOLE && point->fix.used_count >= 3 && !wear_is_gone(label) &&
-	    label_is_plain(l, state, i))
-		return true;
 	if (clear &&
 	    (reading <= READING_EVEN || (reading == READING_UNEVEN && is_at_rest(l, label, i))))
 		return true;
