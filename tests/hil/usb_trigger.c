@@ -229,6 +229,10 @@ static bool is_worth_nothing(int *tries, const struct edge *edges, int count)
 	int64_t still_ns =
 		bit_bang_trace_stillness(&trace, edges[0].edge_ns, edges[count - 1].edge_ns);
 
+	for (int e = 0; e < count; e++) /* also when the stream began, which then is hardly known */
+		if (edges[e].uncertainty_ns > STILL_NS / 2 &&
+		    still_ns < 2 * edges[e].uncertainty_ns)
+			still_ns = 2 * edges[e].uncertainty_ns;
 	if (still_ns <= STILL_NS)
 		return false;
 	print_message("# this machine stood still for %d ms: %s\n", (int)(still_ns / NS_PER_MS),
