@@ -13,9 +13,9 @@
 #include "config/sim_faults.h"
 #include "drivers/camera.h"
 #include "drivers/trigger.h"
-#include "track/blobs.h"
+#include "track/blobs/blobs.h"
 #include "track/layout.h"
-#include "track/mask.h"
+#include "track/blobs/mask.h"
 #include "track/tracker.h"
 
 enum camera_role { ROLE_IR, ROLE_HD };

@@ -10,7 +10,7 @@
 #include "base/diag.h"
 #include "drivers/camera.h"
 #include "track/layout.h"
-#include "track/mask.h"
+#include "track/blobs/mask.h"
 
 struct yaml;
 struct yaml_value;

@@ -12,7 +12,7 @@
 #include "ctl/print_json.h"
 #include "ctl/program_drivers.h"
 #include "drivers/open_cameras.h"
-#include "sim/scene.h"
+#include "sim/world/scene.h"
 #include "track/predict.h"
 
 /* Recordings are files too: their first images are opened to compare sizes. */

@@ -11,7 +11,7 @@
 #include "base/clock.h"
 #include "base/exit_codes.h"
 #include "ctl/program_drivers.h"
-#include "ctl/snapshot.h"
+#include "ctl/camera/snapshot.h"
 
 #define FRAME_WAIT_NS (3 * NS_PER_S)
 

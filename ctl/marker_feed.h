@@ -5,7 +5,7 @@
 #pragma once
 
 #include "base/diag.h"
-#include "calib/marker_shots.h"
+#include "calib/rig/marker_shots.h"
 #include "config/stage.h"
 
 struct marker_feed_source {

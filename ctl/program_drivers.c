@@ -5,14 +5,14 @@
 
 #include <stddef.h>
 
-#include "drivers/aravis.h"
-#include "drivers/files.h"
-#include "drivers/libcamera.h"
+#include "drivers/aravis/aravis.h"
+#include "drivers/files/files.h"
+#include "drivers/libcamera/libcamera.h"
 #include "drivers/trigger_free.h"
-#include "drivers/trigger_gpio.h"
-#include "drivers/trigger_usb.h"
-#include "drivers/v4l2.h"
-#include "sim/world.h"
+#include "drivers/gpio/trigger_gpio.h"
+#include "drivers/usb/trigger_usb.h"
+#include "drivers/v4l2/v4l2.h"
+#include "sim/world/world.h"
 
 const struct camera_driver *const live_drivers[] = {
 	&aravis_camera_driver, &files_camera_driver, &libcamera_camera_driver,

@@ -6,7 +6,7 @@
 
 #include "config/stage.h"
 #include "drivers/open_cameras.h"
-#include "track/blobs.h"
+#include "track/blobs/blobs.h"
 
 struct recording;
 

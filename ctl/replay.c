@@ -12,9 +12,9 @@
 #include "config/layout_file.h"
 #include "ctl/program_drivers.h"
 #include "ctl/recording.h"
-#include "drivers/files.h"
+#include "drivers/files/files.h"
 #include "track/shot.h"
-#include "track/sync.h"
+#include "track/sync/sync.h"
 
 struct replay {
 	struct stage stage;

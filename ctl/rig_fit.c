@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 #include "track/aim_check.h"
-#include "track/ledger.h"
+#include "track/sync/ledger.h"
 
 #define ANSWERS_MIN 2
 #define RESIDUAL_MAX_PX 0.3 /* rms of a good rig is a tenth */

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "base/clock.h"
-#include "calib/actor_take.h"
+#include "calib/actor/actor_take.h"
 
 #define SURE 0.9f /* confidence of a name that is worth learning from */
 

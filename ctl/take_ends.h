@@ -6,7 +6,7 @@
 
 #include <stdio.h>
 
-#include "calib/actor.h"
+#include "calib/actor/actor.h"
 #include "track/observe.h"
 
 struct take_ends;

@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 #include "base/clock.h"
-#include "sim/world.h"
+#include "sim/world/world.h"
 
 #define CAUSE(name)                                            \
 	{                                                      \

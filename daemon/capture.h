@@ -14,7 +14,7 @@
 #include "daemon/pictures_share.h"
 #include "daemon/realtime.h"
 #include "drivers/open_cameras.h"
-#include "track/blobs.h"
+#include "track/blobs/blobs.h"
 
 enum capture_state {
 	CAPTURE_STOPPED,

@@ -11,7 +11,7 @@
 #include "base/clock.h"
 #include "config/config.h"
 #include "daemon/program_drivers.h"
-#include "sim/world.h"
+#include "sim/world/world.h"
 
 #define BUSY_PATIENCE_NS (500 * NS_PER_MS)
 

@@ -1,6 +1,6 @@
 /*
  * stage-guard: keeps strobes from burning when the station cannot switch them off. The station
- * starts it with a copy of its lines (drivers/trigger_guard.h); it waits, and sets them dark when a
+ * starts it with a copy of its lines (drivers/gpio/trigger_guard.h); it waits, and sets them dark when a
  * line is lit too long or the station is gone. It allocates nothing and heeds no signal that can
  * be ignored: only the station's end is its end.
  */
@@ -17,8 +17,8 @@
 #include <unistd.h>
 
 #include "base/exit_codes.h"
-#include "drivers/gpio_lines.h"
-#include "drivers/trigger_guard.h"
+#include "drivers/gpio/gpio_lines.h"
+#include "drivers/gpio/trigger_guard.h"
 
 #define PRIORITY_GUARD 70 /* above the trigger's */
 

@@ -7,7 +7,7 @@
 #include "base/ring.h"
 #include "daemon/hd_pool.h"
 #include "track/observe.h"
-#include "track/sync.h"
+#include "track/sync/sync.h"
 
 struct shot_book;
 

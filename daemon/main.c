@@ -20,7 +20,7 @@
 #include "base/exit_codes.h"
 #include "base/log.h"
 #include "daemon/accounts.h"
-#include "daemon/control.h"
+#include "daemon/control/control.h"
 #include "daemon/darken.h"
 #include "daemon/journal.h"
 #include "daemon/listen.h"

@@ -11,7 +11,7 @@
 #include "base/ring.h"
 #include "daemon/realtime.h"
 #include "drivers/trigger.h"
-#include "track/sync.h"
+#include "track/sync/sync.h"
 
 #define PULSES_WHY_BYTES 200
 

@@ -7,8 +7,8 @@
 #include "daemon/capture.h"
 #include "daemon/pulses.h"
 #include "track/aim_check.h"
-#include "track/ledger.h"
-#include "track/step_check.h"
+#include "track/sync/ledger.h"
+#include "track/sync/step_check.h"
 
 /* What the ledger has found about one camera; the solver writes, any thread reads. */
 struct camera_events {

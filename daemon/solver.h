@@ -17,7 +17,7 @@
 #include "daemon/shot_book.h"
 #include "daemon/shot_copy.h"
 #include "daemon/warm_up.h"
-#include "track/sync.h"
+#include "track/sync/sync.h"
 
 /* What differs from run to run. */
 struct solver_run {

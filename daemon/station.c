@@ -15,8 +15,8 @@
 #include "daemon/program_drivers.h"
 #include "daemon/realtime.h"
 #include "daemon/station_light.h"
-#include "drivers/files.h"
-#include "sim/world.h"
+#include "drivers/files/files.h"
+#include "sim/world/world.h"
 
 #define QUEUE_NS                                                                        \
 	(300 * NS_PER_MS) /* a stall of the solver or of the control thread is survived \

@@ -3,8 +3,8 @@
  */
 #include "daemon/station_light.h"
 
-#include "sim/world.h"
-#include "sim/world_config.h"
+#include "sim/world/world.h"
+#include "sim/world/world_config.h"
 
 int station_open_world(struct station *station, struct diag *diag)
 {

@@ -11,7 +11,7 @@
 #include "daemon/program_drivers.h"
 #include "daemon/station.h"
 #include "daemon/watchdog.h"
-#include "drivers/files.h"
+#include "drivers/files/files.h"
 
 static const char *const capture_state_names[] = {
 	[CAPTURE_STOPPED] = "stopped",

@@ -5,7 +5,7 @@
 #include "daemon/virtual_time.h"
 
 #include "base/clock_virtual.h"
-#include "daemon/varlink.h"
+#include "daemon/control/varlink.h"
 
 #define START_NS (1000 * NS_PER_S) /* the same in every run */
 #define AHEAD_NS (100 * NS_PER_MS) /* of the scene's own begin */

@@ -12,7 +12,7 @@
 #pragma once
 
 #include "protocol/stage_client.h"
-#include "sim/scene.h"
+#include "sim/world/scene.h"
 
 #define REFEREE_NEAR_M 0.003
 

@@ -8,7 +8,7 @@
 
 #include "demo/children.h"
 #include "demo/options.h"
-#include "sim/scene.h"
+#include "sim/world/scene.h"
 
 struct stand {
 	char dir[4096];

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 
 #include "drivers/camera.h"
-#include "track/blobs.h"
+#include "track/blobs/blobs.h"
 
 static inline bool pixels_are_grey(enum pixel_format format)
 {

@@ -7,9 +7,9 @@
 
 #include "base/rng.h"
 #include "sim/blob_play_spots.h"
-#include "sim/lamps.h"
-#include "sim/marker_spot.h"
-#include "sim/optics.h"
+#include "sim/render/lamps.h"
+#include "sim/render/marker_spot.h"
+#include "sim/render/optics.h"
 
 /* Wide tails and fixed patterns make some errors larger than noise does. */
 #define OUTLIER_SHARE 0.03

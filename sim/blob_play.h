@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "sim/faults.h"
-#include "sim/scene.h"
+#include "sim/world/scene.h"
 
 /* All zero: as the scene's optics have it. */
 struct blob_play {

@@ -6,9 +6,9 @@
 #include <pthread.h>
 #include <stdlib.h>
 
-#include "sim/noise.h"
-#include "sim/noise_patterned.h"
-#include "sim/optics.h"
+#include "sim/render/noise.h"
+#include "sim/render/noise_patterned.h"
+#include "sim/render/optics.h"
 
 #define ROUNDING_GREY2 (1 / 12.0)
 #define PIXEL_PX2 (1 / 12.0)   /* a pixel's own spread */

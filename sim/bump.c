@@ -8,7 +8,7 @@
 #include "base/clock.h"
 #include "base/rng.h"
 #include "sim/faults.h"
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 
 /* Turns about an axis across its line of sight. */
 static void turn(struct sim_camera *camera, double angle_mrad, struct rng *rng)

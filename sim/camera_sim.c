@@ -8,9 +8,9 @@
 
 #include "base/clock.h"
 #include "sim/picture.h"
-#include "sim/scene_parts.h"
-#include "sim/world.h"
-#include "sim/world_parts.h"
+#include "sim/world/scene_parts.h"
+#include "sim/world/world.h"
+#include "sim/world/world_parts.h"
 #include "track/observe.h"
 
 #define QUEUE_FRAMES 8 /* what a camera holds for a late station */

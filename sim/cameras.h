@@ -9,7 +9,7 @@
 #include "base/diag.h"
 #include "base/geometry.h"
 #include "base/rng.h"
-#include "sim/script.h"
+#include "sim/face/script.h"
 #include "track/layout.h"
 
 #define SIM_CAMERA_MIN 4

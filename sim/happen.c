@@ -7,9 +7,9 @@
 #include <string.h>
 
 #include "base/rng.h"
-#include "sim/ease.h"
+#include "sim/face/ease.h"
 #include "sim/occlude.h"
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 
 #define MM 1e-3
 #define RAD (M_PI / 180.0)

@@ -6,8 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "sim/face.h"
-#include "sim/scene.h"
+#include "sim/face/face.h"
+#include "sim/world/scene.h"
 
 struct scene_actor;
 

@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "sim/scene.h"
+#include "sim/world/scene.h"
 
 /* `rt_stage_shape`: the ellipsoid's axes and middle. */
 struct sim_truth_occluder occluder_make(const struct pose *rt_stage_shape, struct vec3 axes_m);

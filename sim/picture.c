@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "sim/hd_render.h"
-#include "sim/scene_parts.h"
+#include "sim/render/hd_render.h"
+#include "sim/world/scene_parts.h"
 
 #define LEAK_GREY 12
 

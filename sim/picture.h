@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #include "sim/faults.h"
-#include "sim/render.h"
+#include "sim/render/render.h"
 
 struct sim_picture;
 

@@ -11,9 +11,9 @@
 #include "sim/blob_play.h"
 #include "sim/cameras.h"
 #include "sim/picture.h"
-#include "sim/scene.h"
+#include "sim/world/scene.h"
 #include "sim/score.h"
-#include "track/blobs.h"
+#include "track/blobs/blobs.h"
 #include "track/tracker.h"
 
 /* Thread CPU time of the shots played so far. */

@@ -12,7 +12,7 @@
 #include "base/clock.h"
 #include "sim/picture.h"
 #include "sim/record_files.h"
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 #include "sim/truth_json.h"
 
 #define TRUTH_NAME "truth.jsonl"

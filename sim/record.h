@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 #include "base/diag.h"
-#include "sim/scene.h"
+#include "sim/world/scene.h"
 
 typedef void sim_progress_fn(uint64_t shots_done, uint64_t shot_count, void *user);
 

@@ -6,7 +6,7 @@
 
 #include <stdint.h>
 
-#include "sim/scene.h"
+#include "sim/world/scene.h"
 #include "track/observe.h"
 
 #define SCORE_NEAR_M 0.003 /* a marker further than this from its true place is wrong */

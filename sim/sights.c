@@ -6,7 +6,7 @@
 #include <errno.h>
 #include <stdlib.h>
 
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 
 #define ROLLING_STEPS 4
 

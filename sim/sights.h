@@ -7,8 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "sim/board.h"
-#include "sim/scene.h"
+#include "sim/board/board.h"
+#include "sim/world/scene.h"
 
 struct sim_sight {
 	bool seen; /* unobstructed and within the image */

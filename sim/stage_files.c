@@ -7,7 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 
 static int fail(struct diag *diag, const char *path, const char *what, int err)
 {

@@ -10,8 +10,8 @@
 
 #include "base/clock.h"
 #include "drivers/trigger_plan.h"
-#include "sim/world.h"
-#include "sim/world_parts.h"
+#include "sim/world/world.h"
+#include "sim/world/world_parts.h"
 
 #define UNCERTAINTY_NS (1 * NS_PER_US)
 

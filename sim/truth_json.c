@@ -6,7 +6,7 @@
 #include <errno.h>
 #include <jansson.h>
 
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 
 static json_t *vec3_json(struct vec3 v)
 {

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "track/fill.h"
-#include "track/wear.h"
+#include "track/label/wear.h"
 
 #define MARGIN_MAX 20.0 /* squared sigmas that are still believed */
 #define YOUNG_DOUBT 0.02

@@ -4,7 +4,7 @@
  */
 #pragma once
 
-#include "track/label.h"
+#include "track/label/label.h"
 
 /* `shown[f]`: the frame's pose in `labelling` is measured, or a moment old and predicted. Fills the
  * markers and their counts, and the state's loose points. */

@@ -5,6 +5,6 @@
  */
 #pragma once
 
-#include "track/match.h"
+#include "track/match/match.h"
 
 void excess_learn(struct tracker_state *state, const struct matcher *matcher);

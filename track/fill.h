@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include "track/label.h"
+#include "track/label/label.h"
 
 struct filled {
 	struct vec3 local_m; /* coordinates of the label's frame */

@@ -4,7 +4,7 @@
  */
 #include "track/ghost.h"
 
-#include "track/wear.h"
+#include "track/label/wear.h"
 
 #define NEAR_M 0.003      /* of the place where it was */
 #define HEAD_REACH_M 0.18 /* a ghost this near to a head may be of it */

@@ -7,7 +7,7 @@
 
 #include <stdbool.h>
 
-#include "track/label.h"
+#include "track/label/label.h"
 
 /* Says of every point whether it lies where a ghost is known. */
 void ghost_recognise(const struct tracker_state *state, const struct labelling *labelling,

@@ -7,8 +7,8 @@
 
 #include <stdbool.h>
 
-#include "track/match.h"
-#include "track/nearby.h"
+#include "track/match/match.h"
+#include "track/match/nearby.h"
 #include "track/predict.h"
 #include "track/tracker_state.h"
 

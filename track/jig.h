@@ -6,7 +6,7 @@
 
 #include <stdbool.h>
 
-#include "track/label.h"
+#include "track/label/label.h"
 
 /* Watches one shot of a head that three rigid markers hold. When the jig has slipped for long
  * enough, its markers' places and all that is known in head coordinates are moved, so that the head

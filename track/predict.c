@@ -7,7 +7,7 @@
 #include <assert.h>
 #include <string.h>
 
-#include "track/jaw.h"
+#include "track/label/jaw.h"
 
 #define HEAD_CARRY_S 0.1
 #define SEGMENT_CARRY_S 0.03   /* it turns about a place far from its markers */

@@ -6,7 +6,7 @@
 
 #include <stdbool.h>
 
-#include "track/expression.h"
+#include "track/label/expression.h"
 #include "track/layout.h"
 #include "track/tracker_state.h"
 

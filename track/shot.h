@@ -5,7 +5,7 @@
 #pragma once
 
 #include "track/observe.h"
-#include "track/sync.h"
+#include "track/sync/sync.h"
 
 /* `set` is the oldest of the queue, or NULL when it is empty; `ended`: nothing more will come. */
 struct front front_of_queue(const struct blob_set *set, bool ended);

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <stddef.h>
 
-#include "track/triangulate_parts.h"
+#include "track/match/triangulate_parts.h"
 
 #define SUSPECT_MAX 6                        /* views that may be bad at once are among these ... */
 #define BAD_MAX 3                            /* ... and at most so many */

@@ -9,7 +9,7 @@
 
 #include "tests/bench/blobs.h"
 #include "tests/bench/spot_model.h"
-#include "track/blobs.h"
+#include "track/blobs/blobs.h"
 
 #define WIDTH 640
 #define HEIGHT 512

@@ -12,7 +12,7 @@
 #include "tests/bench/blobs.h"
 #include "tests/bench/blobs_opencv.h"
 #include "tests/unit/track_blobs_spots.h"
-#include "track/blobs.h"
+#include "track/blobs/blobs.h"
 
 #define WIDTH 1280
 #define HEIGHT 1024

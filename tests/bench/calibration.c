@@ -12,7 +12,7 @@
 
 #include "../unit/calib_look.h"
 #include "../unit/calib_wave.h"
-#include "calib/uncertainty.h"
+#include "calib/solve/uncertainty.h"
 #include "calibration_parts.h"
 #include "calibration_tool.h"
 #include "tests/bench/figures.h"

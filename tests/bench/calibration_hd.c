@@ -11,12 +11,12 @@
 
 #include "../unit/calib_wave.h"
 #include "../unit/hd_spots.h"
-#include "calib/rig_write.h"
+#include "calib/rig/rig_write.h"
 #include "calibration_parts.h"
 #include "protocol/stage_client.h"
-#include "sim/hd_render.h"
+#include "sim/render/hd_render.h"
 #include "sim/play.h"
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 
 #define IR_COUNT 8
 #define HD_COUNT 3

@@ -13,15 +13,15 @@
 
 #include "../unit/calib_wave.h"
 #include "base/clock.h"
-#include "calib/choose.h"
-#include "calib/observations_file.h"
-#include "calib/rig_store.h"
+#include "calib/board/choose.h"
+#include "calib/board/observations_file.h"
+#include "calib/rig/rig_store.h"
 #include "calibration_parts.h"
-#include "ctl/calibrate_make.h"
-#include "ctl/calibrate_search.h"
-#include "sim/hd_render.h"
-#include "sim/render.h"
-#include "sim/scene_parts.h"
+#include "ctl/calibrate/calibrate_make.h"
+#include "ctl/calibrate/calibrate_search.h"
+#include "sim/render/hd_render.h"
+#include "sim/render/render.h"
+#include "sim/world/scene_parts.h"
 
 #define IR_COUNT 8
 #define HD_COUNT 3

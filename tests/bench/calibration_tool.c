@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
-#include "calib/observations_file.h"
+#include "calib/board/observations_file.h"
 #include "calib/rt.h"
 
 #define PYTHON "/usr/bin/python3"

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "calib/solve.h"
+#include "calib/solve/solve.h"
 
 struct tool_result {
 	double rms_px; /* as mrcal counts: over all corners of the board in all views */

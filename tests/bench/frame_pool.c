@@ -10,8 +10,8 @@
 
 #include <simde/x86/sse2.h>
 
-#include "sim/render.h"
-#include "sim/scene.h"
+#include "sim/render/render.h"
+#include "sim/world/scene.h"
 
 #define FRAMES_MIN 8
 #define STEP_RATE_HZ 1000

@@ -17,7 +17,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
-#include "drivers/aravis.h"
+#include "drivers/aravis/aravis.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/packet_loop.h"

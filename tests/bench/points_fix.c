@@ -10,7 +10,7 @@
 
 #include "tests/bench/points.h"
 #include "tests/bench/points_rig.h"
-#include "track/triangulate.h"
+#include "track/match/triangulate.h"
 
 #define COUNT_MAX 8
 #define RIGS_PER_COUNT 3 /* times the effort */

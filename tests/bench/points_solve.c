@@ -9,7 +9,7 @@
 
 #include "tests/bench/points.h"
 #include "tests/bench/points_world.h"
-#include "track/match.h"
+#include "track/match/match.h"
 #include "track/tracker.h"
 
 #define PERIOD_NS 8333333

@@ -10,7 +10,7 @@
 #include "tests/bench/points.h"
 #include "tests/bench/points_rig.h"
 #include "tests/unit/track_blobs_spots.h"
-#include "track/triangulate.h"
+#include "track/match/triangulate.h"
 
 #define CAMERAS 4
 #define RATE_HZ 120.0

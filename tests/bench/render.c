@@ -11,7 +11,7 @@
 
 #include "base/clock.h"
 #include "sim/play.h"
-#include "sim/render.h"
+#include "sim/render/render.h"
 #include "tests/bench/figures.h"
 
 #define CAMERAS 8

@@ -23,7 +23,7 @@
 
 #include "base/clock.h"
 #include "protocol/stage_client.h"
-#include "sim/scene.h"
+#include "sim/world/scene.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/floor.h"
 #include "tests/bench/frame_pool.h"

@@ -22,7 +22,7 @@
 #include <sys/syscall.h>
 
 #include "base/clock.h"
-#include "sim/scene.h"
+#include "sim/world/scene.h"
 #include "tests/contract/gige_camera.h"
 
 #define RATE_HZ 50.0

@@ -20,7 +20,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
-#include "sim/render.h"
+#include "sim/render/render.h"
 #include "tests/contract/gige_camera.h"
 
 #define SEED 5

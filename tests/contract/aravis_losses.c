@@ -16,7 +16,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
-#include "sim/render.h"
+#include "sim/render/render.h"
 #include "tests/contract/gige_camera.h"
 
 #define WAIT_NS NS_PER_S

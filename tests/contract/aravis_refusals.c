@@ -23,7 +23,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "drivers/aravis.h"
+#include "drivers/aravis/aravis.h"
 
 #define GVCP_PORT 3956
 #define CANNOT 99 /* exit code: no network of one's own here */

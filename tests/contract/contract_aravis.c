@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "drivers/aravis.h"
+#include "drivers/aravis/aravis.h"
 #include "tests/contract/camera_contract.h"
 #include "tests/contract/gige_child.h"
 

@@ -7,7 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "drivers/files.h"
+#include "drivers/files/files.h"
 #include "tests/contract/camera_contract.h"
 
 #define FRAMES 8

@@ -10,7 +10,7 @@
 #include <stdio.h>
 
 #include "base/clock.h"
-#include "drivers/trigger_gpio.h"
+#include "drivers/gpio/trigger_gpio.h"
 #include "tests/contract/trigger_contract.h"
 
 int main(int argc, char **argv)

@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
-#include "drivers/trigger_gpio.h"
+#include "drivers/gpio/trigger_gpio.h"
 #include "tests/contract/trigger_contract.h"
 #include "tests/gpio/fake_gpio.h"
 

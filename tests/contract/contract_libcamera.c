@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 #include "base/clock.h"
-#include "drivers/libcamera.h"
+#include "drivers/libcamera/libcamera.h"
 #include "tests/contract/camera_contract.h"
 
 int main(int argc, char **argv)

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "drivers/libcamera.h"
+#include "drivers/libcamera/libcamera.h"
 #include "tests/contract/camera_contract.h"
 #include "tests/contract/fake_libcamera.h"
 

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "sim/world.h"
+#include "sim/world/world.h"
 #include "tests/contract/camera_contract.h"
 
 /* The camera is named by the first argument. */

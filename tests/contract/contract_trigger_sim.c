@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
-#include "sim/world.h"
+#include "sim/world/world.h"
 #include "tests/contract/trigger_contract.h"
 
 int main(void)

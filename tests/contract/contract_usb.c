@@ -9,7 +9,7 @@
 #include <stdio.h>
 
 #include "base/clock.h"
-#include "drivers/trigger_usb.h"
+#include "drivers/usb/trigger_usb.h"
 #include "tests/contract/trigger_contract.h"
 
 int main(int argc, char **argv)

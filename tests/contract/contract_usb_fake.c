@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
-#include "drivers/trigger_usb.h"
+#include "drivers/usb/trigger_usb.h"
 #include "tests/contract/trigger_contract.h"
 #include "tests/usb/fake_ft232h.h"
 

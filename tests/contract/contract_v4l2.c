@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 #include "base/clock.h"
-#include "drivers/v4l2.h"
+#include "drivers/v4l2/v4l2.h"
 #include "tests/contract/camera_contract.h"
 
 int main(int argc, char **argv)

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drivers/v4l2.h"
+#include "drivers/v4l2/v4l2.h"
 #include "tests/contract/camera_contract.h"
 #include "tests/contract/fake_v4l2.h"
 

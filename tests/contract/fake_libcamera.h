@@ -1,12 +1,12 @@
 /*
- * Stands in for drivers/libcamera_shim.cpp: one camera without libcamera, on a thread of its own,
+ * Stands in for drivers/libcamera/libcamera_shim.cpp: one camera without libcamera, on a thread of its own,
  * that does what a test asks for. Its picture: byte i of row y of frame n is n + y + i.
  */
 #pragma once
 
 #include <stdatomic.h>
 
-#include "drivers/libcamera_shim.h"
+#include "drivers/libcamera/libcamera_shim.h"
 
 #define FAKE_ID "/base/i2c@1/fake@10"
 #define FAKE_FORMATS 4

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "drivers/aravis.h"
+#include "drivers/aravis/aravis.h"
 #include "tests/contract/gige_child.h"
 
 /* They print what the driver says, and fail the test where it fails. */

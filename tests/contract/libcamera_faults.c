@@ -15,7 +15,7 @@
 
 #include "base/clock.h"
 #include "base/realtime.h"
-#include "drivers/libcamera.h"
+#include "drivers/libcamera/libcamera.h"
 #include "tests/contract/fake_libcamera.h"
 
 #define PATIENCE_NS (5 * NS_PER_S)

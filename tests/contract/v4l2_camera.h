@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "drivers/v4l2.h"
+#include "drivers/v4l2/v4l2.h"
 #include "tests/contract/fake_v4l2.h"
 
 extern const struct camera_driver *const driver;

@@ -4,7 +4,7 @@
 #include <assert.h>
 
 #include "sim/cameras.h"
-#include "sim/scene_file.h"
+#include "sim/world/scene_file.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
 

@@ -4,7 +4,7 @@
 #include <assert.h>
 #include <string.h>
 
-#include "drivers/files_table.h"
+#include "drivers/files/files_table.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
 

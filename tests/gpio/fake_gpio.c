@@ -1,5 +1,5 @@
 /*
- * drivers/gpio_lines.h on a shared file.
+ * drivers/gpio/gpio_lines.h on a shared file.
  */
 #include "tests/gpio/fake_gpio.h"
 
@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
-#include "drivers/gpio_lines.h"
+#include "drivers/gpio/gpio_lines.h"
 
 _Static_assert(offsetof(struct fake_gpio, gone) == 416 &&
 		       offsetof(struct fake_gpio, changes) == 432 &&

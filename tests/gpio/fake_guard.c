@@ -1,11 +1,11 @@
 /*
- * drivers/trigger_guard.h without a process.
+ * drivers/gpio/trigger_guard.h without a process.
  */
 #include "tests/gpio/fake_guard.h"
 
 #include "base/clock.h"
-#include "drivers/gpio_lines.h"
-#include "drivers/trigger_guard.h"
+#include "drivers/gpio/gpio_lines.h"
+#include "drivers/gpio/trigger_guard.h"
 
 struct fake_guard fake_guard;
 

@@ -18,7 +18,7 @@
 
 #include "base/clock.h"
 #include "base/ring.h"
-#include "drivers/gpio_find.h"
+#include "drivers/gpio/gpio_find.h"
 #include "tests/hil/bit_bang.h"
 #include "tests/hil/usb_device.h"
 

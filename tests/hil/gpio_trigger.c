@@ -16,7 +16,7 @@
 #include <cmocka.h>
 
 #include "base/clock.h"
-#include "drivers/trigger_gpio.h"
+#include "drivers/gpio/trigger_gpio.h"
 #include "drivers/trigger_plan.h"
 #include "tests/hil/gpio_sim.h"
 #include "tests/hil/line_watch.h"

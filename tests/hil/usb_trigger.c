@@ -18,8 +18,8 @@
 #include <cmocka.h>
 
 #include "base/clock.h"
-#include "drivers/trigger_usb.h"
-#include "drivers/usb_wave.h"
+#include "drivers/usb/trigger_usb.h"
+#include "drivers/usb/usb_wave.h"
 #include "tests/hil/bit_bang_plug.h"
 #include "tests/hil/bit_bang_trace.h"
 

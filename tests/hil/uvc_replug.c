@@ -16,7 +16,7 @@
 #include <cmocka.h>
 
 #include "base/clock.h"
-#include "drivers/v4l2.h"
+#include "drivers/v4l2/v4l2.h"
 #include "tests/hil/pictures.h"
 #include "tests/hil/v4l2_stream.h"
 

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "base/clock.h"
-#include "drivers/v4l2.h"
+#include "drivers/v4l2/v4l2.h"
 
 void v4l2_stream_start(struct v4l2_stream *stream, const char *rest,
 		       const struct camera_mode *wanted)

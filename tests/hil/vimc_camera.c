@@ -15,7 +15,7 @@
 #include <cmocka.h>
 
 #include "base/clock.h"
-#include "drivers/libcamera.h"
+#include "drivers/libcamera/libcamera.h"
 
 #define CAMERA "platform/vimc.0 Sensor B"
 #define PATIENCE_NS (10 * NS_PER_S)

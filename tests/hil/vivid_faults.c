@@ -17,7 +17,7 @@
 #include <linux/videodev2.h>
 
 #include "base/clock.h"
-#include "drivers/v4l2.h"
+#include "drivers/v4l2/v4l2.h"
 #include "tests/hil/v4l2_stream.h"
 
 #define PATIENCE_S 10

@@ -19,9 +19,9 @@
 #include <linux/videodev2.h>
 
 #include "base/clock.h"
-#include "sim/render.h"
+#include "sim/render/render.h"
 #include "tests/hil/v4l2_stream.h"
-#include "track/blobs.h"
+#include "track/blobs/blobs.h"
 
 #define WIDTH_PX 640
 #define HEIGHT_PX 480

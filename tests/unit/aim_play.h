@@ -6,7 +6,7 @@
 
 #include "sim/play.h"
 #include "track/aim_check.h"
-#include "track/ledger.h"
+#include "track/sync/ledger.h"
 
 /* Large: not for a stack. */
 struct aim_play {

@@ -13,14 +13,14 @@
 
 #include <cmocka.h>
 
-#include "calib/actor_file.h"
-#include "calib/actor_learn.h"
-#include "calib/actor_points.h"
-#include "calib/actor_pose.h"
-#include "calib/actor_script.h"
-#include "calib/actor_take.h"
+#include "calib/actor/actor_file.h"
+#include "calib/actor/actor_learn.h"
+#include "calib/actor/actor_points.h"
+#include "calib/actor/actor_pose.h"
+#include "calib/actor/actor_script.h"
+#include "calib/actor/actor_take.h"
 #include "config/layout_file.h"
-#include "sim/face_basis.h"
+#include "sim/face/face_basis.h"
 #include "sim/play.h"
 
 #define MM 1e-3

@@ -13,9 +13,9 @@
 #include <cmocka.h>
 
 #include "base/file.h"
-#include "calib/board_pdf.h"
-#include "calib/board_sheet.h"
-#include "calib/corners.h"
+#include "calib/board/board_pdf.h"
+#include "calib/board/board_sheet.h"
+#include "calib/board/corners.h"
 
 #define PX_PER_M 1500.0
 

@@ -14,9 +14,9 @@
 
 #include <cmocka.h>
 
-#include "calib/choose.h"
-#include "calib/coverage.h"
-#include "calib/rig_store.h"
+#include "calib/board/choose.h"
+#include "calib/board/coverage.h"
+#include "calib/rig/rig_store.h"
 #include "calib_wave.h"
 
 static const struct wave WAVE = {

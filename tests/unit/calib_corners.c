@@ -12,11 +12,11 @@
 
 #include <cmocka.h>
 
-#include "calib/homography.h"
-#include "calib/tags.h"
+#include "calib/board/homography.h"
+#include "calib/board/tags.h"
 #include "calib_look.h"
 #include "config/board_pattern.h"
-#include "sim/render.h"
+#include "sim/render/render.h"
 
 #define CAMERAS 4
 

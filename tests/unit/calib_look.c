@@ -6,7 +6,7 @@
 #include <math.h>
 #include <time.h>
 
-#include "sim/render.h"
+#include "sim/render/render.h"
 
 struct sim_scene *look_scene(const char *optics, uint32_t camera_count)
 {

@@ -3,8 +3,8 @@
  */
 #pragma once
 
-#include "calib/corners.h"
-#include "sim/scene_parts.h"
+#include "calib/board/corners.h"
+#include "sim/world/scene_parts.h"
 
 #define LOOK_SQUARE_MIN_PX 40 /* of the views that `sum` is of */
 #define LOOK_READABLE_PX 34   /* squares in which every tag is read */

@@ -13,7 +13,7 @@
 #include <cmocka.h>
 
 #include "base/file.h"
-#include "calib/observations_file.h"
+#include "calib/board/observations_file.h"
 #include "calib_wave.h"
 #include "one_file.h"
 

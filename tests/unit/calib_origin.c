@@ -1,7 +1,7 @@
 /*
  * The stage frame by board and by L-frame is where the truth has it; what is doubtful is refused.
  */
-#include "calib/origin.h"
+#include "calib/rig/origin.h"
 
 #include <errno.h>
 #include <math.h>

@@ -1,7 +1,7 @@
 /*
  * Bumped cameras are found and put right by a second of named markers; others stay as they are.
  */
-#include "calib/refine.h"
+#include "calib/rig/refine.h"
 
 #include <errno.h>
 #include <math.h>

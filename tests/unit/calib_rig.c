@@ -14,9 +14,9 @@
 #include <cmocka.h>
 
 #include "base/file.h"
-#include "calib/rig_write.h"
+#include "calib/rig/rig_write.h"
 #include "calib/rt.h"
-#include "calib/scale_check.h"
+#include "calib/solve/scale_check.h"
 #include "calib_wave.h"
 #include "config/rig.h"
 #include "config/yaml.h"

@@ -10,10 +10,10 @@
 
 #include <cmocka.h>
 
-#include "calib/coverage.h"
-#include "calib/cross_check.h"
-#include "calib/uncertainty.h"
-#include "calib/where_next.h"
+#include "calib/board/coverage.h"
+#include "calib/solve/cross_check.h"
+#include "calib/solve/uncertainty.h"
+#include "calib/board/where_next.h"
 #include "calib_wave.h"
 
 #define SMALL_WAVE                                                                             \

@@ -5,10 +5,10 @@
 #pragma once
 
 #include "base/rng.h"
-#include "calib/observations.h"
-#include "calib/sight.h"
-#include "calib/solve.h"
-#include "calib/volume.h"
+#include "calib/board/observations.h"
+#include "calib/board/sight.h"
+#include "calib/solve/solve.h"
+#include "calib/solve/volume.h"
 #include "sim/cameras.h"
 
 struct wave {

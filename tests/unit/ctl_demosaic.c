@@ -1,7 +1,7 @@
 /*
  * Colour from a mosaic.
  */
-#include "ctl/demosaic.h"
+#include "ctl/camera/demosaic.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

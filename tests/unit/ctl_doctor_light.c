@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "ctl/doctor_light.h"
+#include "ctl/doctor/doctor_light.h"
 #include "made_up_machine.h"
 
 enum { IR, HD };

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "drivers/gpio_lines.h"
+#include "drivers/gpio/gpio_lines.h"
 #include "made_up_machine.h"
 #include "tests/gpio/fake_gpio.h"
 

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "ctl/doctor_usb.h"
+#include "ctl/doctor/doctor_usb.h"
 #include "made_up_machine.h"
 
 #define FRAME_BYTES 150000 /* 15 MB/s at 100 Hz */

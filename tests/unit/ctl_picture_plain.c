@@ -12,7 +12,7 @@
 #include <cmocka.h>
 #include <jpeglib.h>
 
-#include "ctl/picture_plain.h"
+#include "ctl/camera/picture_plain.h"
 
 #define WIDTH 32
 #define HEIGHT 24

@@ -13,9 +13,9 @@
 #include <cmocka.h>
 
 #include "calib_look.h"
-#include "ctl/calibrate_search.h"
-#include "ctl/calibrate_told.h"
-#include "sim/render.h"
+#include "ctl/calibrate/calibrate_search.h"
+#include "ctl/calibrate/calibrate_told.h"
+#include "sim/render/render.h"
 
 #define SHOT 5
 #define MS INT64_C(1000000)

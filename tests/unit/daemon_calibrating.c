@@ -14,9 +14,9 @@
 
 #include <cmocka.h>
 
-#include "calib/corners.h"
-#include "sim/scene_parts.h"
-#include "sim/world.h"
+#include "calib/board/corners.h"
+#include "sim/world/scene_parts.h"
+#include "sim/world/world.h"
 
 #define STAGE                                                                                \
 	"trigger: sim\nsim: {scene: talking}\n"                                              \

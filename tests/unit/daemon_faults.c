@@ -15,8 +15,8 @@
 #include <cmocka.h>
 
 #include "base/clock_virtual.h"
-#include "sim/render.h"
-#include "sim/world.h"
+#include "sim/render/render.h"
+#include "sim/world/world.h"
 #include "track/tracker.h"
 
 #define WIDTH_PX 1280
@@ -28,7 +28,7 @@
 
 static _Atomic uint64_t paired, mispaired;
 
-/* In the place of sim/render.c. */
+/* In the place of sim/render/render.c. */
 struct sim_renderer {
 	uint8_t pixels[WIDTH_PX * HEIGHT_PX];
 };

@@ -12,7 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "daemon/peer.h"
+#include "daemon/control/peer.h"
 
 static const struct peer_rules rules = {.masters = {0, 990}, .look = 500, .command = 501};
 

@@ -19,7 +19,7 @@
 
 #include "base/clock_virtual.h"
 #include "fake_cameras.h"
-#include "sim/scene.h"
+#include "sim/world/scene.h"
 
 static char stage_dir[] = "/tmp/stage-test-XXXXXX";
 static char config_path[PATH_MAX];

@@ -18,7 +18,7 @@
 #include <arv.h>
 
 #include "base/clock.h"
-#include "drivers/aravis.h"
+#include "drivers/aravis/aravis.h"
 
 #define ENTRY(name, value) "<EnumEntry Name=\"" name "\"><Value>" #value "</Value></EnumEntry>"
 #define FORMATS_BEGIN "<Enumeration Name=\"PixelFormat\" NameSpace=\"Standard\">"

@@ -2,7 +2,7 @@
  * Recordings as cameras: what comes out is what was put in, and every way to spoil a recording has
  * a message that names file and line.
  */
-#include "drivers/files.h"
+#include "drivers/files/files.h"
 
 #include <errno.h>
 #include <png.h>

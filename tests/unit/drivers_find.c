@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "base/clock.h"
-#include "drivers/files.h"
+#include "drivers/files/files.h"
 #include "drivers/trigger_free.h"
 
 static const struct camera_driver sim_like = {.name = "sim"};

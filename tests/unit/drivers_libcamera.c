@@ -12,8 +12,8 @@
 #include <cmocka.h>
 
 #include "base/clock.h"
-#include "drivers/libcamera_format.h"
-#include "drivers/libcamera_time.h"
+#include "drivers/libcamera/libcamera_format.h"
+#include "drivers/libcamera/libcamera_time.h"
 
 #define BEGIN_NS (1000 * NS_PER_S)
 #define PERIOD_NS (8333 * NS_PER_US)

@@ -2,7 +2,7 @@
  * The GPIO trigger in virtual time, on a chip that is a file: every change of every line is looked
  * at, with threads that wake up late, calls that take long, and inputs that misbehave.
  */
-#include "drivers/trigger_gpio.h"
+#include "drivers/gpio/trigger_gpio.h"
 
 #include <errno.h>
 #include <setjmp.h>

@@ -2,7 +2,7 @@
  * The USB trigger on an adapter that is a part of the test: what it tells is what was on the lines,
  * to the microsecond, whatever the thread that refills does.
  */
-#include "drivers/trigger_usb.h"
+#include "drivers/usb/trigger_usb.h"
 
 #include <errno.h>
 #include <setjmp.h>

@@ -2,7 +2,7 @@
  * The pace of a USB trigger, against an adapter that is made up here: its quartz is off, and what
  * it takes is seen late, by a little mostly and by a lot sometimes.
  */
-#include "drivers/usb_pace.h"
+#include "drivers/usb/usb_pace.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

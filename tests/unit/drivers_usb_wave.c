@@ -2,7 +2,7 @@
  * The samples of a USB trigger, for many plans: where the edges are, and that every packet on the
  * wire ends with all lines low.
  */
-#include "drivers/usb_wave.h"
+#include "drivers/usb/usb_wave.h"
 
 #include <errno.h>
 #include <setjmp.h>

@@ -11,7 +11,7 @@
 #include <linux/videodev2.h>
 
 #include "base/clock.h"
-#include "drivers/v4l2_time.h"
+#include "drivers/v4l2/v4l2_time.h"
 
 #define BEGIN_NS (1000 * NS_PER_S)
 #define PERIOD_NS (8333 * NS_PER_US)

@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-#include "track/ledger.h"
+#include "track/sync/ledger.h"
 
 #define MS INT64_C(1000000)
 #define PERIOD_NS INT64_C(8333333)

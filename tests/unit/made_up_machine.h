@@ -4,7 +4,7 @@
  */
 #pragma once
 
-#include "ctl/doctor.h"
+#include "ctl/doctor/doctor.h"
 
 struct machine {
 	char root[64];

@@ -14,10 +14,10 @@
 
 #include "sim/blob_play.h"
 #include "sim/blob_play_spots.h"
-#include "sim/optics.h"
-#include "sim/render.h"
-#include "sim/scene_parts.h"
-#include "track/blobs.h"
+#include "sim/render/optics.h"
+#include "sim/render/render.h"
+#include "sim/world/scene_parts.h"
+#include "track/blobs/blobs.h"
 
 #define SHOTS 12
 #define SHOT_STEP 37

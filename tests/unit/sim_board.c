@@ -1,7 +1,7 @@
 /*
  * The calibration board: its picture is where the truth says, tags and all.
  */
-#include "sim/board.h"
+#include "sim/board/board.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,10 +16,10 @@
 #include <apriltag/tag36h11.h>
 
 #include "base/clock.h"
-#include "sim/board_view.h"
-#include "sim/hd_render.h"
-#include "sim/render.h"
-#include "sim/scene_parts.h"
+#include "sim/board/board_view.h"
+#include "sim/render/hd_render.h"
+#include "sim/render/render.h"
+#include "sim/world/scene_parts.h"
 
 #define IR_COUNT 4
 #define SADDLE_HALF_PX 8 /* of the window around a corner; no other line may come nearer */

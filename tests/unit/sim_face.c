@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "sim/ease.h"
+#include "sim/face/ease.h"
 #include "tests/unit/sim_written.h"
 
 #define MM 1e-3

@@ -18,7 +18,7 @@
 #include <mrcal/mrcal.h>
 
 #include "sim/record.h"
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 
 static char root[64];
 

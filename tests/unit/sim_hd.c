@@ -2,7 +2,7 @@
  * What the HD cameras of a scene show: markers where the models say, a head behind them, in every
  * fourth shot.
  */
-#include "sim/hd_render.h"
+#include "sim/render/hd_render.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -15,10 +15,10 @@
 #include <cmocka.h>
 
 #include "base/clock.h"
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 #include "sim/sights.h"
-#include "sim/spot.h"
-#include "sim/world.h"
+#include "sim/render/spot.h"
+#include "sim/world/world.h"
 
 #include "hd_spots.h"
 

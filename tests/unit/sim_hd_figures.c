@@ -1,7 +1,7 @@
 /*
  * Who is to be seen in HD pictures: faces that live, and everybody of them.
  */
-#include "sim/hd_figures.h"
+#include "sim/render/hd_figures.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 
 /* Mean of what the paint shows along a stretch of the face. */
 static double look(const struct hd_paint *paint, struct hd_mood mood, float x, float y)

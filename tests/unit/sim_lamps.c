@@ -12,9 +12,9 @@
 
 #include <cmocka.h>
 
-#include "sim/lamps.h"
-#include "sim/render.h"
-#include "sim/scene_parts.h"
+#include "sim/render/lamps.h"
+#include "sim/render/render.h"
+#include "sim/world/scene_parts.h"
 
 static const char *const kinds[] = {"gaussian", "tailed"};
 

@@ -12,12 +12,12 @@
 
 #include <cmocka.h>
 
-#include "sim/canvas.h"
-#include "sim/lamps.h"
-#include "sim/marker_spot.h"
-#include "sim/optics.h"
-#include "sim/render.h"
-#include "sim/scene_parts.h"
+#include "sim/render/canvas.h"
+#include "sim/render/lamps.h"
+#include "sim/render/marker_spot.h"
+#include "sim/render/optics.h"
+#include "sim/render/render.h"
+#include "sim/world/scene_parts.h"
 
 #define KINDS 2
 #define PHASES 6

@@ -11,11 +11,11 @@
 
 #include <cmocka.h>
 
-#include "sim/canvas.h"
-#include "sim/noise.h"
-#include "sim/render.h"
-#include "sim/scene_parts.h"
-#include "sim/spot.h"
+#include "sim/render/canvas.h"
+#include "sim/render/noise.h"
+#include "sim/render/render.h"
+#include "sim/world/scene_parts.h"
+#include "sim/render/spot.h"
 
 #define WIDTH 64
 

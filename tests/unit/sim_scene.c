@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 
 #define MM 1e-3
 

@@ -2,7 +2,7 @@
  * Scene files: what they say is what is played, and every mistake has its place and its words, all
  * of them in one run.
  */
-#include "sim/scene_file.h"
+#include "sim/world/scene_file.h"
 
 #include <errno.h>
 #include <setjmp.h>
@@ -15,7 +15,7 @@
 #include <cmocka.h>
 
 #include "one_file.h"
-#include "sim/scene_find.h"
+#include "sim/world/scene_find.h"
 
 #define HEAD "title: a test\nseconds: 10\n"
 #define ANNA "actors:\n- {name: anna}\n"

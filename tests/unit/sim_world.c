@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "base/clock.h"
-#include "sim/world.h"
+#include "sim/world/world.h"
 #include "track/observe.h"
 
 static const struct sim_options OPTIONS = {.seed = 1};

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "sim/scene_parts.h"
+#include "sim/world/scene_parts.h"
 
 /* Fails the test when it cannot be made. `actors` and `events`: YAML lists, one line each. */
 static inline struct sim_scene *scene_written(uint32_t cameras, uint64_t seed, const char *actors,

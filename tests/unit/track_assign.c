@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
-#include "track/assign.h"
+#include "track/label/assign.h"
 
 #define ROWS 5
 #define COLUMNS 5

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "track/blob_axes.h"
+#include "track/blobs/blob_axes.h"
 #include "track_blobs_spots.h"
 
 #define WIDTH 640

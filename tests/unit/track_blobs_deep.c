@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "track/blobs_parts.h"
+#include "track/blobs/blobs_parts.h"
 #include "track_blobs_spots.h"
 
 #define WIDTH 640

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "track/blobs_parts.h"
+#include "track/blobs/blobs_parts.h"
 #include "track_blobs_spots.h"
 
 #define WIDTH 320

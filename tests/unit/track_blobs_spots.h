@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "base/rng.h"
-#include "track/blobs.h"
+#include "track/blobs/blobs.h"
 
 struct picture {
 	int width_px, height_px;

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
-#include "track/expression.h"
+#include "track/label/expression.h"
 #include "track/predict.h"
 
 #define MARKERS 60

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
-#include "track/expression_search.h"
+#include "track/label/expression_search.h"
 #include "track/predict.h"
 
 #define ROWS 12

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "track/label.h"
+#include "track/label/label.h"
 
 enum { UPPER, LOWER, CHEEK, LABELS };
 

@@ -12,8 +12,8 @@
 
 #include <cmocka.h>
 
-#include "calib/actor_learn.h"
-#include "calib/actor_rest.h"
+#include "calib/actor/actor_learn.h"
+#include "calib/actor/actor_rest.h"
 #include "sim/play.h"
 
 #define SEED 1

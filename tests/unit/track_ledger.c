@@ -2,7 +2,7 @@
  * The ledger against a camera's faults, with frames whose true shot is known: whatever goes wrong,
  * no frame is taken for another shot's, and what went wrong has its name and number.
  */
-#include "track/ledger.h"
+#include "track/sync/ledger.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -3,7 +3,7 @@
  * its edge is reported. Truth is known for every frame; no fault may put one into another shot, and
  * what is named is named in its very shot.
  */
-#include "track/ledger.h"
+#include "track/sync/ledger.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -2,7 +2,7 @@
  * The ledger where pulses are missing, late to be told, every fourth or none at all, and what it
  * does with all faults at once.
  */
-#include "track/ledger.h"
+#include "track/sync/ledger.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -9,8 +9,8 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
-#include "track/mask.h"
-#include "track/mask_find.h"
+#include "track/blobs/mask.h"
+#include "track/blobs/mask_find.h"
 
 static struct blob_set set;
 

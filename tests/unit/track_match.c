@@ -1,7 +1,7 @@
 /*
  * Blobs become points without names: from predictions, from nothing, and not from garbage.
  */
-#include "track/match.h"
+#include "track/match/match.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
-#include "track/nearby.h"
+#include "track/match/nearby.h"
 
 #define COUNT 300
 

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
-#include "track/noise_meter.h"
+#include "track/blobs/noise_meter.h"
 
 #define WIDTH 320
 #define HEIGHT 240

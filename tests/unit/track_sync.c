@@ -2,7 +2,7 @@
  * Sync decides which fronts make a shot. Each test plays queues of frames through it and looks at
  * the shots that come out.
  */
-#include "track/sync.h"
+#include "track/sync/sync.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,7 +1,7 @@
 /*
  * Triangulated points lie where their covariance says, and a view that does not belong is found.
  */
-#include "track/triangulate.h"
+#include "track/match/triangulate.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -13,7 +13,7 @@
 #include <cmocka.h>
 
 #include "base/clock_virtual.h"
-#include "sim/world.h"
+#include "sim/world/world.h"
 
 #define START_NS (1000 * NS_PER_S)
 #define STEP_NS (20 * NS_PER_MS)

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "drivers/ft232h.h"
+#include "drivers/usb/ft232h.h"
 
 #define PACKET_BYTES 512
 #define FIFO_BYTES 1024

@@ -1,5 +1,5 @@
 /*
- * An FT232H for machines without USB: in place of drivers/ft232h.c it plays what it is sent by a
+ * An FT232H for machines without USB: in place of drivers/usb/ft232h.c it plays what it is sent by a
  * clock of its own, and remembers every change of its lines.
  */
 #pragma once

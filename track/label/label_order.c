@@ -1,0 +1,74 @@
+/*
+ * Lips and lids that meet and part: the upper one's marker always lies higher in the head than the
+ * one across on the lower. While both are one spot, neither has a name.
+ */
+#include "track/label/label.h"
+
+#define PRESSED_M 0.003 /* markers nearer than this may be one spot in every image */
+#define PRESSED_SIGMA 1.0
+#define PRESSED_LAST_M 0.004 /* ... of where the missing one was when it was last seen */
+
+static double height_m(const struct labelling *l, const struct tracker_state *state,
+		       const struct point *points, int row)
+{
+	const struct vec3 *p_stage_m = &points[l->assign.column_of_row[row]].fix.p_stage_m;
+
+	return pose_apply(&l->rt_frame_stage[state->labels[row].frame], *p_stage_m).y;
+}
+
+void label_put_in_order(struct labelling *l, const struct tracker_state *state,
+			const struct point *points)
+{
+	struct assign *a = &l->assign;
+
+	for (int upper = 0; upper < a->row_count; upper++) {
+		int lower = state->labels[upper].below;
+
+		if (lower < 0 || a->column_of_row[upper] == ASSIGN_NONE ||
+		    a->column_of_row[lower] == ASSIGN_NONE ||
+		    height_m(l, state, points, upper) >= height_m(l, state, points, lower))
+			continue;
+		int16_t higher = a->column_of_row[lower];
+
+		a->column_of_row[lower] = a->column_of_row[upper];
+		a->column_of_row[upper] = higher;
+		a->row_of_column[higher] = (int16_t)upper;
+		a->row_of_column[a->column_of_row[lower]] = (int16_t)lower;
+	}
+}
+
+bool label_order_tells(const struct tracker_state *state, int row, int other_row)
+{
+	return other_row != ASSIGN_NONE &&
+	       (state->labels[row].below == other_row || state->labels[other_row].below == row);
+}
+
+/* The one without a point may be in the other's. */
+static bool is_pressed(const struct labelling *l, const struct tracker_state *state, int lonely,
+		       int row)
+{
+	const struct label_state *label = &state->labels[lonely];
+	const struct prediction *p = &l->predictions.labels[lonely];
+
+	return label->confirmed && (vec3_distance(p->local_m, l->seen_m[row]) <
+					    PRESSED_M + PRESSED_SIGMA * p->sigma_m ||
+				    vec3_distance(label->local_m, l->seen_m[row]) < PRESSED_LAST_M);
+}
+
+void label_doubt_pressed(struct labelling *l, const struct tracker_state *state)
+{
+	const struct assign *a = &l->assign;
+
+	for (int upper = 0; upper < a->row_count; upper++) {
+		int lower = state->labels[upper].below;
+
+		if (lower < 0 || (a->column_of_row[upper] == ASSIGN_NONE) ==
+					 (a->column_of_row[lower] == ASSIGN_NONE))
+			continue;
+		bool has_upper = a->column_of_row[upper] != ASSIGN_NONE;
+		int lonely = has_upper ? lower : upper, row = has_upper ? upper : lower;
+
+		if (is_pressed(l, state, lonely, row))
+			l->doubtful[upper] = l->doubtful[lower] = true;
+	}
+}

@@ -1,0 +1,309 @@
+/*
+ * Seeds: each is projected once, the blobs around give a point, and around the point it is looked
+ * again, the projections carried on by their slopes.
+ * Candidates are built freely, several may want the same blob; then they claim their blobs in the
+ * order of how well they are confirmed: more views first, then the smaller residual.
+ */
+#include "track/match/match.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+#include "track/match/match_parts.h"
+#include "track/match/sight_index.h"
+
+double match_sigma_px(const struct matcher *m, uint32_t camera, const struct blob *blob)
+{
+	return sqrt((double)blob->sigma_px * blob->sigma_px + m->camera_variance_px2[camera]);
+}
+
+bool point_from_choice(const struct matcher *m, const struct choice *choice, struct point *out)
+{
+	struct sighting sightings[CAMERA_MAX];
+	int camera_of[CAMERA_MAX], count = 0;
+	struct fix fix;
+
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		if (choice->blob[c] == BLOB_NONE)
+			continue;
+		const struct blob *b = &m->cameras[c].blobs[choice->blob[c]];
+		sightings[count] =
+			(struct sighting){m->cameras[c].view,
+					  {b->x_px, b->y_px},
+					  match_sigma_px(m, c, b),
+					  b->flags,
+					  choice->seed >= 0 ? &m->seen[c][choice->seed] : NULL};
+		camera_of[count++] = (int)c;
+	}
+	if (count < 2 || triangulate(sightings, count, &choice->guess_stage_m, &fix))
+		return false;
+	out->fix = fix;
+	out->fix.used_mask = 0;
+	out->claimed_mask = 0;
+	out->label = LABEL_NONE;
+	for (int i = 0; i < count; i++) {
+		if (fix.used_mask & (1u << i))
+			out->fix.used_mask |= 1u << camera_of[i];
+		out->claimed_mask |= 1u << camera_of[i];
+		out->blob[camera_of[i]] = choice->blob[camera_of[i]];
+	}
+	return true;
+}
+
+bool point_in_range(const struct matcher *m, struct vec3 p, uint32_t camera_mask)
+{
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		if (!(camera_mask & (1u << c)))
+			continue;
+		double range_m = vec3_distance(p, m->cameras[c].view->centre_stage_m);
+		if (range_m < m->settings->range_min_m || range_m > m->settings->range_max_m)
+			return false;
+	}
+	return true;
+}
+
+/* Three views agree by chance more easily than four: they must agree better. */
+bool point_confirmed(const struct matcher *m, const struct point *point, int least_views)
+{
+	double gate_px = m->settings->match_gate_px;
+
+	if (point->fix.used_count < least_views)
+		return false;
+	if (point->fix.used_count <= 3)
+		gate_px = fmax(0.5 * gate_px, fmin(gate_px, 4 * sqrt(m->view_variance_px2)));
+	return point->fix.residual_px <= gate_px &&
+	       point_in_range(m, point->fix.p_stage_m, point->fix.used_mask);
+}
+
+void add_candidate(struct matcher *m, const struct point *point)
+{
+	if (m->candidate_count < CANDIDATE_MAX)
+		m->candidates[m->candidate_count++] = *point;
+}
+
+static bool better(const struct point *a, const struct point *b)
+{
+	if (a->fix.used_count != b->fix.used_count)
+		return a->fix.used_count > b->fix.used_count;
+	return a->fix.residual_px < b->fix.residual_px;
+}
+
+/* Shell sort: in place, no recursion, the same order for the same input. */
+static void sort_candidates(struct matcher *m)
+{
+	uint16_t *order = m->candidate_order;
+	int count = (int)m->candidate_count;
+
+	for (int i = 0; i < count; i++)
+		order[i] = (uint16_t)i;
+	for (int gap = count / 2; gap > 0; gap /= 2)
+		for (int i = gap; i < count; i++) {
+			uint16_t moving = order[i];
+			int k = i;
+
+			for (; k >= gap &&
+			       better(&m->candidates[moving], &m->candidates[order[k - gap]]);
+			     k -= gap)
+				order[k] = order[k - gap];
+			order[k] = moving;
+		}
+}
+
+void claim(struct matcher *m, const struct point *point)
+{
+	if (m->point_count == POINT_MAX)
+		return;
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		if (point->claimed_mask & (1u << c))
+			m->cameras[c].owner[point->blob[c]] = (int16_t)m->point_count;
+	m->points[m->point_count++] = *point;
+}
+
+/* Drops the views whose blob another point has taken, and solves again with the rest. */
+static bool settle(const struct matcher *m, struct point *point)
+{
+	struct choice left = {.guess_stage_m = point->fix.p_stage_m, .seed = -1};
+	bool changed = false;
+
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		bool wants = point->claimed_mask & (1u << c);
+
+		left.blob[c] = wants ? point->blob[c] : BLOB_NONE;
+		if (wants && m->cameras[c].owner[left.blob[c]] >= 0) {
+			left.blob[c] = BLOB_NONE;
+			changed = true;
+		}
+	}
+	if (!changed)
+		return true;
+	return point_from_choice(m, &left, point) && point_confirmed(m, point, 3);
+}
+
+void claim_candidates(struct matcher *m)
+{
+	sort_candidates(m);
+	for (uint32_t i = 0; i < m->candidate_count; i++) {
+		struct point *candidate = &m->candidates[m->candidate_order[i]];
+
+		if (settle(m, candidate))
+			claim(m, candidate);
+	}
+	m->candidate_count = 0;
+}
+
+void match_begin(struct matcher *m, const struct tracker_rig *rig, const struct view_excess *excess,
+		 const struct shot *shot)
+{
+	double calibration_px = rig->settings.calibration_sigma_px;
+
+	m->settings = &rig->settings;
+	m->view_variance_px2 = fmax(calibration_px * calibration_px, excess->all_px2);
+	m->camera_count = rig->camera_count;
+	m->point_count = 0;
+	m->candidate_count = 0;
+	for (uint32_t c = 0; c < rig->camera_count; c++) {
+		m->cameras[c].view = NULL;
+		m->camera_variance_px2[c] = m->view_variance_px2 + excess->camera_px2[c];
+		if (rig->views[c] && shot->sets[c])
+			sight_index_build(&m->cameras[c], rig->views[c], shot->sets[c]->blobs,
+					  (int)shot->sets[c]->blob_count);
+	}
+}
+
+void match_prepare(struct matcher *m, const struct tracker_rig *rig, const struct seed *seeds,
+		   int count)
+{
+	m->seed_count = count < SEED_MAX ? count : SEED_MAX;
+	m->camera_count = rig->camera_count;
+	for (uint32_t i = 0; i < LABEL_MAX && i < rig->layout->marker_count; i++)
+		m->seed_of_label[i] = -1;
+	for (int i = 0; i < m->seed_count; i++) {
+		m->seeds[i] = seeds[i];
+		m->seed_stage_m[i] = seeds[i].p_stage_m;
+		if (seeds[i].label != LABEL_NONE)
+			m->seed_of_label[seeds[i].label] = (int16_t)i;
+	}
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		if (rig->views[c])
+			view_project_many(rig->views[c], m->seed_stage_m, m->seed_count, m->seen[c],
+					  m->in_sight[c]);
+}
+
+static void carry_on(const struct projection *q, struct vec3 d, double pixel[2])
+{
+	for (int k = 0; k < 2; k++)
+		pixel[k] = q->pixel[k] + q->slopes[k][0] * d.x + q->slopes[k][1] * d.y +
+			   q->slopes[k][2] * d.z;
+}
+
+bool project_near(const struct matcher *m, uint32_t c, struct vec3 p, int index, double pixel[2])
+{
+	const struct view *view = m->cameras[c].view;
+
+	if (index >= 0) {
+		struct vec3 d = vec3_sub(p, m->seeds[index].p_stage_m);
+
+		if (vec3_dot(d, d) < SLOPES_REACH_M * SLOPES_REACH_M) {
+			carry_on(&m->seen[c][index], d, pixel);
+			return m->in_sight[c][index];
+		}
+	}
+	return view_project(view, p, pixel, NULL);
+}
+
+/* One camera's nearest blob to each seed, within the seed's radius or the gate, whichever is
+ * larger. */
+static void choose_for_seeds(struct matcher *m, uint32_t c)
+{
+	const struct sight_index *camera = &m->cameras[c];
+	double gate_px = m->settings->match_gate_px;
+
+	for (int i = 0; i < m->seed_count; i++) {
+		const struct seed *seed = &m->seeds[i];
+
+		m->seed_blob[c][i] = BLOB_NONE;
+		if (!camera->view || !m->in_sight[c][i])
+			continue;
+		double reach_px = seed->radius_m * camera->pixels_per_radian /
+				  vec3_distance(seed->p_stage_m, camera->view->centre_stage_m);
+		m->seed_blob[c][i] = (int16_t)sight_index_nearest_alone(
+			camera, m->seen[c][i].pixel, fmax(reach_px, gate_px), reach_px + gate_px,
+			&m->seed_alone[i]);
+	}
+}
+
+static void take_seed(const struct matcher *m, int index, struct choice *out)
+{
+	out->guess_stage_m = m->seed_stage_m[index];
+	out->seed = index;
+	out->count = 0;
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		out->blob[c] = m->seed_blob[c][index];
+		out->count += out->blob[c] != BLOB_NONE;
+	}
+}
+
+/* Nearest free blob to each camera's sight of p, within the gate. */
+static void choose_again(const struct matcher *m, int index, struct vec3 p, struct choice *out)
+{
+	out->guess_stage_m = p;
+	out->seed = -1;
+	out->count = 0;
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		const struct sight_index *camera = &m->cameras[c];
+		double pixel[2];
+
+		out->blob[c] = BLOB_NONE;
+		if (camera->view && project_near(m, c, p, index, pixel))
+			out->blob[c] = (int16_t)sight_index_nearest(camera, pixel,
+								    m->settings->match_gate_px);
+		out->count += out->blob[c] != BLOB_NONE;
+	}
+}
+
+/* The blobs chosen around a seed are those that would be chosen around the solution: it fits them
+ * all, and no other blob could come into reach. */
+static bool choice_stands(const struct matcher *m, int index, const struct point *point)
+{
+	double gate_px = m->settings->match_gate_px, residual_px = point->fix.residual_px;
+
+	return m->seed_alone[index] && point->fix.used_mask == point->claimed_mask &&
+	       residual_px * residual_px * point->fix.used_count < gate_px * gate_px &&
+	       vec3_distance(m->seed_stage_m[index], point->fix.p_stage_m) <
+		       m->seeds[index].radius_m;
+}
+
+/* From a seed to a confirmed point: solve, look again around the solution, solve. */
+static bool point_near(const struct matcher *m, int index, struct point *out)
+{
+	struct choice first, again;
+
+	take_seed(m, index, &first);
+	if (first.count < 3 || !point_from_choice(m, &first, out))
+		return false;
+	if (!choice_stands(m, index, out)) {
+		choose_again(m, index, out->fix.p_stage_m, &again);
+		if (again.count < 3)
+			return false;
+		if (memcmp(first.blob, again.blob, m->camera_count * sizeof(first.blob[0])) &&
+		    !point_from_choice(m, &again, out))
+			return false;
+	}
+	/* where a marker was expected, two that agree may outvote a third */
+	return point_confirmed(m, out, 2);
+}
+
+void match_seeds(struct matcher *m)
+{
+	for (int i = 0; i < m->seed_count; i++)
+		m->seed_alone[i] = true;
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		choose_for_seeds(m, c);
+	for (int i = 0; i < m->seed_count; i++) {
+		struct point point;
+
+		if (point_near(m, i, &point))
+			add_candidate(m, &point);
+	}
+	claim_candidates(m);
+}

@@ -1,0 +1,111 @@
+/*
+ * Blobs into 3D points, over all cameras at once and without names: first around predicted places
+ * (seeds), then what is left by epipolar lines over camera pairs, confirmed by a third view.
+ * Every blob belongs to at most one point. Pure and real-time safe.
+ */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "track/match/triangulate.h"
+#include "track/observe.h"
+#include "track/tracker.h"
+#include "track/tracker_state.h"
+
+#define POINT_MAX 1024
+#define BLOB_NONE (-1)
+
+struct point {
+	struct fix fix;           /* its used_mask counts cameras, not sightings */
+	uint32_t claimed_mask;    /* cameras whose blob is taken by this point, used or not */
+	int16_t blob[CAMERA_MAX]; /* valid where claimed_mask says so */
+	int16_t label;            /* LABEL_NONE until named */
+};
+
+#define SEED_MAX (LABEL_MAX + LOOSE_MAX)
+
+/* Where a point is expected, and how far from there it may be. */
+struct seed {
+	struct vec3 p_stage_m;
+	double radius_m;
+	int16_t label; /* whose place it is, or LABEL_NONE */
+};
+
+#define CELLS_ACROSS_MAX 32 /* of an image, along each axis */
+#define CELL_COUNT_MAX (CELLS_ACROSS_MAX * CELLS_ACROSS_MAX)
+
+/* A blob as the search by place needs it. */
+struct placed_blob {
+	float x_px, y_px;
+	int32_t index;
+};
+
+/* One camera's blobs of the shot, indexed by place. */
+struct sight_index {
+	const struct view *view; /* NULL: the camera is missing or takes no part */
+	const struct blob *blobs;
+	int blob_count;
+	double pixels_per_radian; /* at the middle of the image */
+	double cells_per_px;
+	int column_count, row_count;
+	uint16_t cell_start[CELL_COUNT_MAX + 1]; /* into `placed` */
+	struct placed_blob placed[BLOB_MAX];     /* cell by cell */
+	int16_t owner[BLOB_MAX];                 /* point that claimed the blob, or -1 */
+
+	/* the blobs that the seeds left over, and their rays */
+	int free_count;
+	int16_t free[BLOB_MAX];
+	float ray_x[BLOB_MAX], ray_y[BLOB_MAX], ray_z[BLOB_MAX];
+};
+
+struct matcher {
+	const struct tracker_settings *settings;
+	double view_variance_px2;               /* added to every blob's own */
+	double camera_variance_px2[CAMERA_MAX]; /* the same, by camera: all of it */
+	uint32_t camera_count;
+	struct sight_index cameras[CAMERA_MAX];
+	struct blob parted[CAMERA_MAX][BLOB_MAX]; /* of cameras with merged spots: their blobs */
+	uint32_t point_count;
+	struct point points[POINT_MAX];
+	uint32_t candidate_count;
+	struct point candidates[POINT_MAX * 4];
+	uint16_t candidate_order[POINT_MAX * 4];
+
+	/* the seeds of the shot: what the cameras would see of them, and the blobs there */
+	int seed_count;
+	struct seed seeds[SEED_MAX];
+	struct vec3 seed_stage_m[SEED_MAX];
+	bool seed_alone[SEED_MAX];        /* no camera has a second blob that could be meant */
+	int16_t seed_of_label[LABEL_MAX]; /* or -1 */
+	bool in_sight[CAMERA_MAX][SEED_MAX];
+	struct projection seen[CAMERA_MAX][SEED_MAX];
+	int16_t seed_blob[CAMERA_MAX][SEED_MAX];
+};
+
+void match_begin(struct matcher *matcher, const struct tracker_rig *rig,
+		 const struct view_excess *excess, const struct shot *shot);
+
+/* One standard deviation of a blob as a sight of its point. */
+double match_sigma_px(const struct matcher *matcher, uint32_t camera, const struct blob *blob);
+
+/* Projects the seeds, of which only SEED_MAX are used; needs no blobs. */
+void match_prepare(struct matcher *matcher, const struct tracker_rig *rig, const struct seed *seeds,
+		   int count);
+
+/* Parts the spots that are two of the prepared seeds' markers; `labels` tell how bright they are.
+ */
+void match_part_merged(struct matcher *matcher, const struct label_state *labels);
+
+/* Remembers how bright the named markers are in each camera that sees them alone. */
+void match_learn_peaks(const struct matcher *matcher, struct label_state *labels);
+
+/* Adds the points that at least three cameras confirm near a prepared seed. */
+void match_seeds(struct matcher *matcher);
+
+/* Adds the points that at least three cameras confirm among the blobs still free. */
+void match_leftovers(struct matcher *matcher);
+
+/* Looks for a point near the seed that only two cameras see, and adds it. Ambiguity is refused.
+ * Returns its index, or -1. */
+int match_two_cameras(struct matcher *matcher, const struct seed *seed);

@@ -1,0 +1,239 @@
+/*
+ * Spots that are two markers: a long one where two markers are expected is parted into two sights,
+ * by its spread along the line between them and by how bright either one was when last seen alone.
+ */
+#include <string.h>
+
+#include "track/blobs/blob_axes.h"
+#include "track/match/match_parts.h"
+#include "track/match/sight_index.h"
+
+#define LONG_SHARE 0.25     /* the axes differ by this share of their mean, either way ... */
+#define LONG_PX2 0.5        /* ... and by so much: no marker seen obliquely */
+#define NEAR_MAX 6          /* markers expected about one spot */
+#define REACH_SPREADS 2.2   /* of the spot: its markers are expected this near to its middle */
+#define ALONG_COSINE 0.85   /* of the spot's long axis with the line between the two */
+#define PART_OFF_PX 1.5     /* a part lies this near to where its marker is expected */
+#define TAIL_GAIN 1.28      /* what the threshold cuts off two spots' spread */
+#define PULL 1.4            /* a window is drawn to the brighter one, more than the mean is */
+#define SHARE_MIN 0.2       /* of the light that one of two has; less is not seen as two */
+#define PART_SIGMA_PX 0.22  /* of a part whose share of the light is known ... */
+#define BLIND_SIGMA_PX 0.35 /* ... or is not, clipped as it is or never seen alone */
+#define PEAK_CLIPPED 235
+
+/* What is expected about one spot of a camera. */
+struct merged {
+	const struct blob *blob;
+	struct blob_axes axes;
+	int count;
+	int16_t seed[NEAR_MAX];
+};
+
+enum merge {
+	MERGE_NONE,
+	MERGE_PARTED,
+	MERGE_VAGUE, /* it is somewhere between the two */
+};
+
+struct parting {
+	double cost_px2;
+	double part_px[2][2];
+	double sigma_px;
+};
+
+static bool is_long(const struct blob *blob)
+{
+	double xx = blob->shape_px2[0], xy = blob->shape_px2[1], yy = blob->shape_px2[2];
+	double half2 = 0.25 * (xx - yy) * (xx - yy) + xy * xy, mean = 0.5 * (xx + yy);
+
+	return half2 > LONG_SHARE * LONG_SHARE * mean * mean && 4 * half2 > LONG_PX2 * LONG_PX2;
+}
+
+static double distance2_px2(const double a[2], const double b[2])
+{
+	return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]);
+}
+
+static void find_expected(const struct matcher *m, uint32_t c, struct merged *merged)
+{
+	const double at_px[2] = {merged->blob->x_px, merged->blob->y_px};
+	double reach2_px2 = REACH_SPREADS * REACH_SPREADS * merged->axes.major_px2;
+
+	merged->count = 0;
+	for (int i = 0; i < m->seed_count && merged->count < NEAR_MAX; i++)
+		if (m->seeds[i].label != LABEL_NONE && m->in_sight[c][i] &&
+		    distance2_px2(m->seen[c][i].pixel, at_px) < reach2_px2)
+			merged->seed[merged->count++] = (int16_t)i;
+}
+
+/* The second one's share of the light, from when either was alone; false when that is not known. */
+static bool share_of(const struct label_state *labels, const struct matcher *m, uint32_t c,
+		     const int16_t seed[2], double *share)
+{
+	double one = labels[m->seeds[seed[0]].label].peak[c];
+	double other = labels[m->seeds[seed[1]].label].peak[c];
+	bool known = one > 0 && other > 0 && one < PEAK_CLIPPED && other < PEAK_CLIPPED;
+
+	*share = known ? fmin(fmax(other / (one + other), SHARE_MIN), 1 - SHARE_MIN) : 0.5;
+	return known;
+}
+
+/* Another spot lies nearer to where a marker is expected than its part of this one. */
+static bool has_own_spot(const struct sight_index *camera, const struct blob *merged,
+			 const double expected_px[2], double part_off2_px2)
+{
+	for (int k = 0; k < camera->blob_count; k++) {
+		const struct blob *blob = &camera->blobs[k];
+		double at_px[2] = {blob->x_px, blob->y_px};
+
+		if (blob != merged && distance2_px2(at_px, expected_px) < part_off2_px2)
+			return true;
+	}
+	return false;
+}
+
+/* The spot parted between these two markers, if it fits them. */
+static bool part_between(const struct matcher *m, uint32_t c, const struct label_state *labels,
+			 const struct merged *merged, const int16_t seed[2], struct parting *out)
+{
+	const double *one_px = m->seen[c][seed[0]].pixel, *other_px = m->seen[c][seed[1]].pixel;
+	double along[2] = {cos(merged->axes.angle_rad), sin(merged->axes.angle_rad)};
+	double line[2] = {other_px[0] - one_px[0], other_px[1] - one_px[1]};
+	double projected_px = line[0] * along[0] + line[1] * along[1], share;
+	bool known = share_of(labels, m, c, seed, &share);
+	double excess_px2 = TAIL_GAIN * (merged->axes.major_px2 - merged->axes.minor_px2);
+	double apart_px = copysign(sqrt(excess_px2 / (share * (1 - share))), projected_px);
+	double middle_px = -PULL * (share - 0.5) * apart_px;
+
+	if (fabs(projected_px) < ALONG_COSINE * hypot(line[0], line[1]))
+		return false;
+	out->cost_px2 = 0;
+	out->sigma_px = known ? PART_SIGMA_PX : BLIND_SIGMA_PX;
+	for (int i = 0; i < 2; i++) {
+		const double *expected_px = i ? other_px : one_px;
+		double at_px = middle_px + (i ? 0.5 : -0.5) * apart_px;
+
+		out->part_px[i][0] = merged->blob->x_px + at_px * along[0];
+		out->part_px[i][1] = merged->blob->y_px + at_px * along[1];
+		double off2_px2 = distance2_px2(out->part_px[i], expected_px);
+		if (off2_px2 > PART_OFF_PX * PART_OFF_PX ||
+		    has_own_spot(&m->cameras[c], merged->blob, expected_px, off2_px2))
+			return false;
+		out->cost_px2 += off2_px2;
+	}
+	return true;
+}
+
+/* Whether two markers at least are expected here that have no nearer spot. */
+static bool is_shared(const struct matcher *m, uint32_t c, const struct merged *merged)
+{
+	const double at_px[2] = {merged->blob->x_px, merged->blob->y_px};
+	int count = 0;
+
+	for (int i = 0; i < merged->count; i++) {
+		const double *expected_px = m->seen[c][merged->seed[i]].pixel;
+
+		count += !has_own_spot(&m->cameras[c], merged->blob, expected_px,
+				       distance2_px2(at_px, expected_px));
+	}
+	return count >= 2;
+}
+
+static enum merge find_parting(const struct matcher *m, uint32_t c,
+			       const struct label_state *labels, const struct blob *blob,
+			       struct parting *best)
+{
+	struct merged merged = {.blob = blob};
+
+	*best = (struct parting){.cost_px2 = INFINITY};
+	if (!is_long(blob) || blob->flags & BLOB_EDGE || !blob_axes(blob, &merged.axes))
+		return MERGE_NONE;
+	find_expected(m, c, &merged);
+	for (int i = 0; i < merged.count; i++)
+		for (int j = i + 1; j < merged.count; j++) {
+			int16_t pair[2] = {merged.seed[i], merged.seed[j]};
+			struct parting parting;
+
+			if (part_between(m, c, labels, &merged, pair, &parting) &&
+			    parting.cost_px2 < best->cost_px2)
+				*best = parting;
+		}
+	if (best->cost_px2 < INFINITY)
+		return MERGE_PARTED;
+	best->sigma_px = sqrt(merged.axes.major_px2 - merged.axes.minor_px2);
+	return is_shared(m, c, &merged) ? MERGE_VAGUE : MERGE_NONE;
+}
+
+static struct blob part_of(const struct blob *blob, const struct parting *parting, int which)
+{
+	struct blob part = *blob;
+	float round_px2 = fminf(blob->shape_px2[0], blob->shape_px2[2]);
+
+	part.x_px = (float)parting->part_px[which][0];
+	part.y_px = (float)parting->part_px[which][1];
+	part.sigma_px = hypotf(blob->sigma_px, (float)parting->sigma_px);
+	part.area_px2 = blob->area_px2 / 2;
+	part.flags |= BLOB_MERGED;
+	part.shape_px2[0] = part.shape_px2[2] = round_px2;
+	part.shape_px2[1] = 0;
+	return part;
+}
+
+/* The camera's blobs with the merged ones parted; returns how many there are, 0 when none is. */
+static int part_blobs(const struct matcher *m, uint32_t c, const struct label_state *labels,
+		      struct blob *out)
+{
+	const struct sight_index *camera = &m->cameras[c];
+	int count = camera->blob_count;
+	bool any = false;
+
+	for (int k = 0; k < camera->blob_count && count < BLOB_MAX; k++) {
+		struct parting parting;
+		enum merge merge = find_parting(m, c, labels, &camera->blobs[k], &parting);
+
+		if (merge == MERGE_NONE)
+			continue;
+		if (!any)
+			memcpy(out, camera->blobs, (size_t)camera->blob_count * sizeof(*out));
+		any = true;
+		if (merge == MERGE_VAGUE) {
+			out[k].sigma_px = hypotf(out[k].sigma_px, (float)parting.sigma_px);
+			out[k].flags |= BLOB_MERGED;
+			continue;
+		}
+		out[k] = part_of(&camera->blobs[k], &parting, 0);
+		out[count++] = part_of(&camera->blobs[k], &parting, 1);
+	}
+	return any ? count : 0;
+}
+
+void match_part_merged(struct matcher *m, const struct label_state *labels)
+{
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		struct sight_index *camera = &m->cameras[c];
+
+		if (!camera->view)
+			continue;
+		int count = part_blobs(m, c, labels, m->parted[c]);
+		if (count)
+			sight_index_build(camera, camera->view, m->parted[c], count);
+	}
+}
+
+void match_learn_peaks(const struct matcher *m, struct label_state *labels)
+{
+	for (uint32_t p = 0; p < m->point_count; p++) {
+		const struct point *point = &m->points[p];
+
+		if (point->label == LABEL_NONE)
+			continue;
+		for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
+			uint32_t c = (uint32_t)__builtin_ctz(left);
+			const struct blob *blob = &m->cameras[c].blobs[point->blob[c]];
+
+			if (!(blob->flags & (BLOB_MERGED | BLOB_EDGE)) && !is_long(blob))
+				labels[point->label].peak[c] =
+					(uint8_t)(blob->peak < UINT8_MAX ? blob->peak : UINT8_MAX);
+		}
+	}
+}

@@ -1,0 +1,42 @@
+/*
+ * Between the files of matching: how blobs are chosen around a place, and what becomes of them.
+ */
+#pragma once
+
+#include <stdbool.h>
+
+#include "track/match/match.h"
+
+#define CANDIDATE_MAX (POINT_MAX * 4)
+#define SLOPES_REACH_M 3e-3 /* so far a projection is carried on by its slopes: 0.01 px at most */
+
+/* One blob per camera that may show one point (BLOB_NONE where there is none), and where
+ * triangulation starts. */
+struct choice {
+	struct vec3 guess_stage_m;
+	int count;
+	int16_t blob[CAMERA_MAX];
+	int seed; /* whose projections are those of the guess; -1: not made */
+};
+
+/* Solves with the chosen blobs. False when they give no point. */
+bool point_from_choice(const struct matcher *matcher, const struct choice *choice,
+		       struct point *out);
+
+/* Whether enough views agree well enough. */
+bool point_confirmed(const struct matcher *matcher, const struct point *point, int least_views);
+
+/* Whether it is neither too near nor too far for the cameras of the mask. */
+bool point_in_range(const struct matcher *matcher, struct vec3 p, uint32_t camera_mask);
+
+void add_candidate(struct matcher *matcher, const struct point *point);
+
+/* The best candidates take their blobs first; those of the rest are solved again without them. */
+void claim_candidates(struct matcher *matcher);
+
+/* The point is one of the shot's, its blobs are taken. */
+void claim(struct matcher *matcher, const struct point *point);
+
+/* Where camera c sees p, which is near the seed that was projected as `index`; -1: near none. */
+bool project_near(const struct matcher *matcher, uint32_t c, struct vec3 p, int index,
+		  double pixel[2]);
