@@ -2,14 +2,17 @@
 """Counts test cases of the last `meson test`: count_cases.py BUILD/meson-logs
 
 A program that reports cases (TAP) counts by its cases, any other as one. A program that failed in
-no case of its own (it crashed, hung, or told fewer cases than it planned) is one more failure.
+no case of its own (it crashed, hung, or told fewer cases than it planned) is one more failure. meson
+takes one that told no case for skipped: it is, when it says why, and else a failure.
 """
 import json
 import pathlib
+import re
 import sys
 import xml.etree.ElementTree as ElementTree
 
 PASSED, FAILED, SKIPPED = range(3)
+SKIP_REASON = re.compile(r"^1\.\.0 # SKIP (\S.*)$", re.M)
 RESULTS = {"OK": PASSED, "EXPECTEDFAIL": PASSED, "SKIP": SKIPPED}  # all others are failures
 
 
@@ -26,13 +29,25 @@ def read_suites(path):
             for suite in suites}
 
 
+def say(program, words):
+    print(f"{program['name']}: {words}", file=sys.stderr)
+
+
+def result_without_cases(program, result):
+    if result != SKIPPED:
+        return result
+    reason = SKIP_REASON.search(program.get("stdout", ""))
+    say(program, f"skipped: {reason[1]}" if reason else "told no case, nor why it was skipped")
+    return SKIPPED if reason else FAILED
+
+
 def program_results(program, suites):
     result = RESULTS.get(program["result"], FAILED)
     cases = suites.get(program["name"])
-    if cases is None:
-        return [result]
+    if not cases:
+        return [result_without_cases(program, result)]
     if result == FAILED and FAILED not in cases:
-        print(f"{program['name']}: {program['result'].lower()}")
+        say(program, program["result"].lower())
         return cases + [FAILED]
     return cases
 

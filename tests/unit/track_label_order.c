@@ -185,5 +185,6 @@ int main(void)
 		cmocka_unit_test_setup(what_two_labels_could_mean_is_no_pair, make_face),
 	};
 
+	cmocka_set_message_output(CM_OUTPUT_TAP);
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
