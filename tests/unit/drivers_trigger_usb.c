@@ -13,29 +13,15 @@
 
 #include <cmocka.h>
 
-#include "base/clock.h"
 #include "tests/usb/fake_ft232h.h"
+#include "usual_plan.h"
 
-#define PERIOD_NS (NS_PER_S / 120)
 #define SAMPLES 8333
 #define IR (1 << 5)
 #define STROBE (1 << 6)
 #define HD (1 << 7)
 #define SHOTS_MAX 200
 #define TRIES 3
-
-static const struct trigger_plan plan = {
-	.period_ns = PERIOD_NS,
-	.ir_delay_ns = 20 * NS_PER_US,
-	.ir_exposure_ns = 400 * NS_PER_US,
-	.strobe_delay_ns = 70 * NS_PER_US,
-	.strobe_width_ns = 250 * NS_PER_US,
-	.strobe_duty_max = 0.1,
-	.hd_divider = 4,
-	.hd_phase = 1,
-	.hd_delay_ns = 3 * NS_PER_MS,
-	.hd_exposure_ns = 12 * NS_PER_MS,
-};
 
 static struct trigger *trigger;
 static struct diag diag;
@@ -58,7 +44,7 @@ static int end(void **state)
 
 static void arm(void)
 {
-	if (usb_trigger_driver.arm(trigger, &plan, &diag))
+	if (usb_trigger_driver.arm(trigger, &usual_plan, &diag))
 		fail_msg("%s", diag.text);
 }
 
@@ -127,7 +113,7 @@ static void check_shots(const struct edge *edges, int count)
 
 	for (int e = 0; e < count; e++) {
 		while (ir >= 0 &&
-		       fake_ft232h.changes[ir].time_ns < edges[e].edge_ns - PERIOD_NS / 2)
+		       fake_ft232h.changes[ir].time_ns < edges[e].edge_ns - USUAL_PERIOD_NS / 2)
 			ir = find_rise(IR, ir + 1);
 		assert_true(ir >= 0);
 		int64_t off_ns =
@@ -201,7 +187,7 @@ static void longer_stall_is_an_underrun_and_the_grid_stays(void **state)
 	check_shots(edges, 59); /* the last is still going on */
 	assert_true(underruns >= 1);
 	int64_t passed_ns = edges[59].edge_ns - edges[0].edge_ns;
-	assert_true(llabs(passed_ns - (int64_t)(edges[59].shot - edges[0].shot) * PERIOD_NS) <
+	assert_true(llabs(passed_ns - (int64_t)(edges[59].shot - edges[0].shot) * USUAL_PERIOD_NS) <
 		    edges[59].uncertainty_ns + edges[0].uncertainty_ns);
 }
 
@@ -218,7 +204,7 @@ static void adapter_that_is_unplugged_is_told(void **state)
 		err = usb_trigger_driver.next(trigger, 100 * NS_PER_MS, &edge);
 	assert_int_equal(err, -ENODEV);
 	usb_trigger_driver.disarm(trigger);
-	assert_int_equal(usb_trigger_driver.arm(trigger, &plan, &diag), -ENODEV);
+	assert_int_equal(usb_trigger_driver.arm(trigger, &usual_plan, &diag), -ENODEV);
 	assert_non_null(strstr(diag.text, "plug it in anew"));
 }
 
@@ -240,15 +226,16 @@ static void address_that_cannot_be_is_refused_with_what_to_write(void **state)
 	for (size_t c = 0; c < sizeof(cases) / sizeof(cases[0]); c++) {
 		struct diag told = {0};
 
-		assert_int_equal(usb_trigger_driver.check(cases[c].rest, &plan, &told), -EINVAL);
+		assert_int_equal(usb_trigger_driver.check(cases[c].rest, &usual_plan, &told),
+				 -EINVAL);
 		assert_int_equal(told.count, 1);
 		if (!strstr(told.text, cases[c].word))
 			fail_msg("%s: %s", cases[c].rest, told.text);
 		diag_finish(&told);
 	}
-	assert_int_equal(usb_trigger_driver.check("", &plan, NULL), 0);
-	assert_int_equal(usb_trigger_driver.check("strobe=D1", &plan, NULL), 0);
-	assert_int_equal(usb_trigger_driver.check("1-2.4,ir=D0", &plan, NULL), 0);
+	assert_int_equal(usb_trigger_driver.check("", &usual_plan, NULL), 0);
+	assert_int_equal(usb_trigger_driver.check("strobe=D1", &usual_plan, NULL), 0);
+	assert_int_equal(usb_trigger_driver.check("1-2.4,ir=D0", &usual_plan, NULL), 0);
 }
 
 int main(void)

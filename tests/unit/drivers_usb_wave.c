@@ -13,9 +13,9 @@
 
 #include <cmocka.h>
 
-#include "base/clock.h"
 #include "base/rng.h"
 #include "drivers/trigger_plan.h"
+#include "usual_plan.h"
 
 #define PACKET 512
 #define PLANS 2000
@@ -25,19 +25,6 @@
 
 static const uint8_t bits[PULSE_LINE_COUNT] = {
 	[PULSE_IR] = IR, [PULSE_STROBE] = STROBE, [PULSE_HD] = HD};
-
-static const struct trigger_plan usual = {
-	.period_ns = NS_PER_S / 120,
-	.ir_delay_ns = 20 * NS_PER_US,
-	.ir_exposure_ns = 400 * NS_PER_US,
-	.strobe_delay_ns = 70 * NS_PER_US,
-	.strobe_width_ns = 250 * NS_PER_US,
-	.strobe_duty_max = 0.1,
-	.hd_divider = 4,
-	.hd_phase = 1,
-	.hd_delay_ns = 100 * NS_PER_US,
-	.hd_exposure_ns = 12 * NS_PER_MS,
-};
 
 static struct usb_wave make(const struct trigger_plan *plan)
 {
@@ -149,7 +136,7 @@ static void edges_are_where_the_plan_has_them_to_the_nearest_sample(void **state
 	(void)state;
 	rng_init(&rng, 2, 0);
 	for (int p = 0; p < 200; p++) {
-		struct trigger_plan plan = p ? draw_plan(&rng) : usual;
+		struct trigger_plan plan = p ? draw_plan(&rng) : usual_plan;
 		struct usb_wave wave;
 
 		if (usb_wave_make(&wave, &plan, bits, PACKET, "trigger usb", NULL))
@@ -174,7 +161,7 @@ static void edges_are_where_the_plan_has_them_to_the_nearest_sample(void **state
 
 static void a_usual_plan_has_samples_of_a_microsecond(void **state)
 {
-	struct usb_wave wave = make(&usual);
+	struct usb_wave wave = make(&usual_plan);
 
 	(void)state;
 	assert_int_equal(usb_wave_ns(wave.divisor, 1), NS_PER_US);
@@ -187,7 +174,7 @@ static void a_usual_plan_has_samples_of_a_microsecond(void **state)
 
 static void hd_pulses_come_in_the_shots_of_their_phase_only(void **state)
 {
-	struct trigger_plan plan = usual;
+	struct trigger_plan plan = usual_plan;
 
 	(void)state;
 	for (plan.hd_phase = 0; plan.hd_phase < 4; plan.hd_phase++)
@@ -204,7 +191,7 @@ static void hd_pulses_come_in_the_shots_of_their_phase_only(void **state)
 /* The middle of the light of a strobe whose width is no whole number of samples. */
 static void time_of_the_shot_is_that_of_the_light_there_is(void **state)
 {
-	struct trigger_plan plan = usual;
+	struct trigger_plan plan = usual_plan;
 
 	(void)state;
 	plan.period_ns = NS_PER_S / 5;
@@ -235,19 +222,19 @@ static void assert_refused(const struct trigger_plan *plan, const char *word)
 
 static void a_plan_that_fits_no_packet_is_refused_with_the_bound(void **state)
 {
-	struct trigger_plan plan = usual;
+	struct trigger_plan plan = usual_plan;
 
 	(void)state;
 	plan.ir_exposure_ns = 5 * NS_PER_MS; /* over half a period */
 	assert_refused(&plan, "exposure");
-	plan = usual;
+	plan = usual_plan;
 	plan.period_ns = NS_PER_S;
 	plan.ir_exposure_ns = 200 * NS_PER_MS; /* slower than the slowest clock */
 	assert_refused(&plan, "exposure");
-	plan = usual;
+	plan = usual_plan;
 	plan.hd_delay_ns = plan.period_ns + NS_PER_MS;
 	assert_refused(&plan, "hd.delay");
-	plan = usual;
+	plan = usual_plan;
 	plan.ir_exposure_ns = 2 * NS_PER_MS;
 	plan.strobe_width_ns = NS_PER_US;
 	assert_refused(&plan, "strobe_width");
@@ -259,7 +246,8 @@ static void lines_that_are_not_wired_stay_low(void **state)
 	struct usb_wave wave;
 
 	(void)state;
-	assert_int_equal(usb_wave_make(&wave, &usual, only_ir, PACKET, "trigger usb", NULL), 0);
+	assert_int_equal(usb_wave_make(&wave, &usual_plan, only_ir, PACKET, "trigger usb", NULL),
+			 0);
 	for (uint64_t shot = 0; shot < 4; shot++)
 		assert_int_equal(find_pulse(&wave, shot, (uint8_t)~IR).end, 0);
 	assert_int_equal(find_pulse(&wave, 0, IR).begin, 20);
