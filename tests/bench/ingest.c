@@ -7,7 +7,6 @@
  * one after the other within one run, so that load on the machine meets both sides.
  */
 #include <errno.h>
-#include <getopt.h>
 #include <jansson.h>
 #include <pthread.h>
 #include <signal.h>
@@ -21,6 +20,7 @@
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/packet_loop.h"
+#include "tests/bench/rounds.h"
 #include "tests/contract/gige_child.h"
 
 #define PACKET_BYTES 16000 /* what the driver takes on loopback */
@@ -187,31 +187,17 @@ static int run(struct results *r, int rounds, const char *program)
 
 int main(int argc, char **argv)
 {
-	static const struct option options[] = {{"json", no_argument, NULL, 'j'},
-						{"rounds", required_argument, NULL, 'r'},
-						{"help", no_argument, NULL, 'h'},
-						{0}};
 	static struct results results;
-	int rounds = 8, option;
-	bool json = false;
+	struct bench_rounds rounds = {.count = 8};
+	int status = parse_rounds(argc, argv, "bench-ingest", ROUNDS_MAX, &rounds);
 
-	while ((option = getopt_long(argc, argv, "", options, NULL)) != -1) {
-		if (option == 'j')
-			json = true;
-		else if (option == 'r')
-			rounds = atoi(optarg);
-		else {
-			fprintf(stderr, "usage: bench-ingest [--json] [--rounds N]\n");
-			return option == 'h' ? 0 : 2;
-		}
-	}
-	if (rounds < 1 || rounds > ROUNDS_MAX)
-		return 2;
-	int error = run(&results, rounds, SIM_GIGE);
+	if (status >= 0)
+		return status;
+	int error = run(&results, rounds.count, SIM_GIGE);
 
 	if (error)
 		fprintf(stderr, "bench-ingest: %s\n", strerror(-error));
 	else
-		report(&results, json);
+		report(&results, rounds.json);
 	return error ? 1 : 0;
 }

@@ -8,7 +8,6 @@
  * dearer.
  */
 #include <errno.h>
-#include <getopt.h>
 #include <jansson.h>
 #include <poll.h>
 #include <sched.h>
@@ -25,10 +24,13 @@
 #include "protocol/stage_client.h"
 #include "sim/world/scene.h"
 #include "tests/bench/cpu_time.h"
+#include "tests/bench/figures.h"
 #include "tests/bench/floor.h"
 #include "tests/bench/frame_pool.h"
+#include "tests/bench/rounds.h"
 
 #define ROUND_NS (3 * NS_PER_S)
+#define ROUNDS_MAX 1000
 #define WARM_UP_NS NS_PER_S
 #define SAMPLES_MAX 100000
 #define FRAMES_PER_S (POOL_CAMERAS * (double)NS_PER_S / (double)POOL_PERIOD_NS)
@@ -283,52 +285,30 @@ static void report(bool json, bool realtime)
 		"floor_p50_us", floor_p50, "floor_p99_us", floor_p99, "station_p50_us", p50,
 		"station_p99_us", p99, "station_solve_p50_us", percentile(&results.solve, 0.5),
 		"sched_fifo", realtime);
-	const char *key;
-	json_t *value;
 
-	if (json)
-		json_dumpf(out, stdout, JSON_REAL_PRECISION(4));
-	else
-		json_object_foreach(out, key, value)
-			printf("%-24s %g\n", key,
-			       json_is_real(value) ? json_real_value(value) : json_is_true(value));
-	if (json)
-		putchar('\n');
-	json_decref(out);
+	print_figures(out, json);
 }
 
 int main(int argc, char **argv)
 {
-	static const struct option options[] = {{"json", no_argument, NULL, 'j'},
-						{"rounds", required_argument, NULL, 'r'},
-						{"help", no_argument, NULL, 'h'},
-						{0}};
 	struct sched_param param = {.sched_priority = 10};
-	int rounds = 4, option;
-	bool json = false;
+	struct bench_rounds rounds = {.count = 4};
+	int status = parse_rounds(argc, argv, "bench-station", ROUNDS_MAX, &rounds);
 
-	while ((option = getopt_long(argc, argv, "", options, NULL)) != -1) {
-		if (option == 'j')
-			json = true;
-		else if (option == 'r')
-			rounds = atoi(optarg);
-		else {
-			fprintf(stderr, "usage: bench-station [--json] [--rounds N]\n");
-			return option == 'h' ? 0 : 2;
-		}
-	}
+	if (status >= 0)
+		return status;
 	ssize_t length = readlink("/proc/self/exe", program_dir, sizeof(program_dir) - 1);
-	if (length < 0 || rounds < 1)
+	if (length < 0)
 		return 2;
 	*strrchr(program_dir, '/') = '\0';
 	int err = write_stage();
 	bool realtime = sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &param) == 0;
 	if (!err)
-		err = run_rounds(rounds);
+		err = run_rounds(rounds.count);
 	remove_stage();
 	if (err)
 		fprintf(stderr, "bench-station: %s\n", strerror(-err));
 	else
-		report(json, realtime);
+		report(rounds.json, realtime);
 	return err ? 1 : 0;
 }

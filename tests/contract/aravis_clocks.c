@@ -31,8 +31,6 @@
 #define BOUND_NS (2 * NS_PER_MS) /* of a reading on a busy machine; 0.2 ms else */
 
 static const struct camera_driver *const driver = &aravis_camera_driver;
-static const char *program;
-static char log_path[] = "/tmp/stage-test-gige-XXXXXX";
 static struct gige_child ours, other, none; /* PTP of our master, of another, no PTP */
 static int64_t epoch_ns, period_ns, first_ns;
 
@@ -44,7 +42,7 @@ static int start_child(struct gige_child *child, uint32_t block, const char *mas
 		master_ahead_ns, NULL};
 
 	snprintf(epoch, sizeof(epoch), "%" PRId64, epoch_ns);
-	return gige_child_start(child, program, block, extra, log_path);
+	return gige_child_start(child, gige_program, block, extra, gige_log_path);
 }
 
 static int set_up(void **state)
@@ -69,7 +67,7 @@ static int tear_down(void **state)
 	gige_child_end(&ours, SIGTERM);
 	gige_child_end(&other, SIGTERM);
 	gige_child_end(&none, SIGTERM);
-	return unlink(log_path);
+	return unlink(gige_log_path);
 }
 
 static struct camera *start(const struct gige_child *child, enum camera_clock clock,
@@ -212,11 +210,8 @@ int main(int argc, char **argv)
 		cmocka_unit_test(without_the_right_it_is_a_plain_socket_and_that_is_told),
 	};
 
-	if (argc < 2 || close(mkstemp(log_path))) {
-		fprintf(stderr, "usage: %s PATH-OF-STAGE-SIM-GIGE\n", argv[0]);
+	if (gige_take_program(argc, argv))
 		return EXIT_FAILURE;
-	}
-	program = argv[1];
 	cmocka_set_message_output(CM_OUTPUT_TAP);
 	return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -31,8 +31,6 @@
 #define STOP_WITHIN_NS NS_PER_S
 
 static const struct camera_driver *const driver = &aravis_camera_driver;
-static const char *program;
-static char log_path[] = "/tmp/stage-test-gige-XXXXXX";
 
 struct fixture {
 	struct gige_child child, lossy;
@@ -48,7 +46,7 @@ static int start_child(struct gige_child *child, uint32_t block, int64_t epoch_n
 			       "--lost-packets", lost_ratio, NULL};
 
 	snprintf(epoch, sizeof(epoch), "%" PRId64, epoch_ns);
-	return gige_child_start(child, program, block, extra, log_path);
+	return gige_child_start(child, gige_program, block, extra, gige_log_path);
 }
 
 static int set_up(void **state)
@@ -72,7 +70,7 @@ static int tear_down(void **state)
 	gige_child_end(&f->child, SIGKILL);
 	gige_child_end(&f->lossy, SIGKILL);
 	sim_scene_destroy(f->scene);
-	unlink(log_path);
+	unlink(gige_log_path);
 	return 0;
 }
 
@@ -316,7 +314,7 @@ static void second_simulator_on_an_address_is_refused(void **state)
 
 	assert_int_equal(start_child(&second, 0, f->epoch_ns, "0"), -1);
 	int status = gige_child_end(&second, 0);
-	FILE *log = fopen(log_path, "re");
+	FILE *log = fopen(gige_log_path, "re");
 
 	assert_true(WIFEXITED(status) && WEXITSTATUS(status) == EXIT_FAILURE);
 	assert_non_null(log);
@@ -465,11 +463,8 @@ int main(int argc, char **argv)
 		cmocka_unit_test(told_to_end_the_simulator_ends),
 	};
 
-	if (argc < 2 || close(mkstemp(log_path))) {
-		fprintf(stderr, "usage: %s PATH-OF-STAGE-SIM-GIGE\n", argv[0]);
+	if (gige_take_program(argc, argv))
 		return EXIT_FAILURE;
-	}
-	program = argv[1];
 	cmocka_set_message_output(CM_OUTPUT_TAP);
 	return cmocka_run_group_tests(tests, set_up, tear_down);
 }

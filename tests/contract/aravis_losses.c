@@ -24,8 +24,6 @@
 #define LOST "0.01" /* of 84 packets a frame: hardly a frame is whole */
 
 static const struct camera_driver *const driver = &aravis_camera_driver;
-static const char *program;
-static char log_path[] = "/tmp/stage-test-gige-XXXXXX";
 static struct gige_child resending, forgetful;
 
 static int set_up(void **state)
@@ -34,9 +32,9 @@ static int set_up(void **state)
 	const char *without[] = {"--rate", "50", "--lost-packets", LOST, NULL};
 
 	(void)state;
-	if (gige_child_start(&resending, program, 0, with, log_path))
+	if (gige_child_start(&resending, gige_program, 0, with, gige_log_path))
 		return -1;
-	return gige_child_start(&forgetful, program, 1, without, log_path);
+	return gige_child_start(&forgetful, gige_program, 1, without, gige_log_path);
 }
 
 static int tear_down(void **state)
@@ -44,7 +42,7 @@ static int tear_down(void **state)
 	(void)state;
 	gige_child_end(&resending, SIGTERM);
 	gige_child_end(&forgetful, SIGTERM);
-	return unlink(log_path);
+	return unlink(gige_log_path);
 }
 
 struct outcome {
@@ -115,11 +113,8 @@ int main(int argc, char **argv)
 			without_resending_each_damaged_frame_is_told_and_its_packets_are_counted),
 	};
 
-	if (argc < 2 || close(mkstemp(log_path))) {
-		fprintf(stderr, "usage: %s PATH-OF-STAGE-SIM-GIGE\n", argv[0]);
+	if (gige_take_program(argc, argv))
 		return EXIT_FAILURE;
-	}
-	program = argv[1];
 	cmocka_set_message_output(CM_OUTPUT_TAP);
 	return cmocka_run_group_tests(tests, set_up, tear_down);
 }

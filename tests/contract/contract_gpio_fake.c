@@ -6,20 +6,12 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "base/clock.h"
 #include "drivers/gpio/trigger_gpio.h"
 #include "tests/contract/trigger_contract.h"
 #include "tests/gpio/fake_gpio.h"
 
 int main(void)
 {
-	static const struct trigger_plan plan = {.period_ns = 10 * NS_PER_MS,
-						 .ir_exposure_ns = 250 * NS_PER_US,
-						 .strobe_width_ns = 250 * NS_PER_US,
-						 .strobe_duty_max = 0.1,
-						 .hd_divider = 4,
-						 .hd_phase = 1,
-						 .hd_exposure_ns = 12 * NS_PER_MS};
 	char dir[] = "/tmp/stage-gpio-XXXXXX", path[64], levels[64];
 	const char *const dark[] = {levels, NULL};
 
@@ -35,7 +27,7 @@ int main(void)
 		.rest = "gpiochip0,ir=IR_TRIG,strobe=STROBE,hd=HD_TRIG",
 		.bad_rest = "gpiochip0,ir=NO_SUCH_LINE",
 		.dark = dark,
-		.plan = &plan,
+		.plan = &trigger_contract_fast_plan,
 	};
 	int failed = trigger_contract_run(&contract);
 

@@ -4,20 +4,12 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "base/clock.h"
 #include "drivers/usb/trigger_usb.h"
 #include "tests/contract/trigger_contract.h"
 #include "tests/usb/fake_ft232h.h"
 
 int main(void)
 {
-	static const struct trigger_plan plan = {.period_ns = 10 * NS_PER_MS,
-						 .ir_exposure_ns = 250 * NS_PER_US,
-						 .strobe_width_ns = 250 * NS_PER_US,
-						 .strobe_duty_max = 0.1,
-						 .hd_divider = 4,
-						 .hd_phase = 1,
-						 .hd_exposure_ns = 12 * NS_PER_MS};
 	char levels[] = "/tmp/stage-usb-XXXXXX";
 	const char *const dark[] = {levels, NULL};
 	int fd = mkstemp(levels);
@@ -31,7 +23,7 @@ int main(void)
 		.rest = "FAKE,ir=D5,strobe=D6,hd=D7",
 		.bad_rest = "OTHER",
 		.dark = dark,
-		.plan = &plan,
+		.plan = &trigger_contract_fast_plan,
 	};
 	int failed = trigger_contract_run(&contract);
 

@@ -7,11 +7,26 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
 static const struct camera_driver *const driver = &aravis_camera_driver;
+
+const char *gige_program;
+char gige_log_path[] = "/tmp/stage-test-gige-XXXXXX";
+
+int gige_take_program(int argc, char **argv)
+{
+	if (argc < 2 || close(mkstemp(gige_log_path))) {
+		fprintf(stderr, "usage: %s PATH-OF-STAGE-SIM-GIGE\n", argv[0]);
+		return -1;
+	}
+	gige_program = argv[1];
+	return 0;
+}
 
 static void assert_fine(int error, struct diag *diag)
 {

@@ -1,5 +1,5 @@
 /*
- * The aravis driver on a simulated camera, for tests.
+ * The aravis driver on a simulated camera, for test programs whose argument is the simulator.
  */
 #pragma once
 
@@ -13,3 +13,10 @@ void gige_camera_stop(struct camera *camera); /* and closes it */
 
 /* One of the driver's own counts; -1 when there is none of this name. */
 int64_t gige_camera_count(const struct camera *camera, const char *name);
+
+extern const char *gige_program;
+extern char gige_log_path[]; /* what its children said; the program removes it */
+
+/* From main(): takes the argument and makes the log. Without one it prints how the program is used,
+ * and returns -1. */
+int gige_take_program(int argc, char **argv);

@@ -14,89 +14,28 @@
 #include <cmocka.h>
 
 #include "base/clock.h"
-#include "base/realtime.h"
 #include "drivers/libcamera/libcamera.h"
 #include "tests/contract/fake_libcamera.h"
+#include "tests/contract/one_camera.h"
 
-#define PATIENCE_NS (5 * NS_PER_S)
-
-static const struct camera_driver *const driver = &libcamera_camera_driver;
+const struct camera_driver *const driver = &libcamera_camera_driver;
 static const struct camera_mode grey = {.format = PIXEL_GREY8};
-
-static struct camera *camera;
-static struct camera_mode granted;
-static struct diag diag;
 
 static int set_up(void **state)
 {
 	(void)state;
-	camera = NULL;
 	fake_libcamera_begin();
-	return 0;
-}
-
-static int tear_down(void **state)
-{
-	(void)state;
-	driver->close(camera);
-	diag_finish(&diag);
 	return 0;
 }
 
 static int configure(const struct camera_mode *wanted)
 {
-	int error = camera ? 0 : driver->open(&camera, FAKE_ID, NULL, &diag);
-
-	return error ? error : driver->configure(camera, wanted, &granted, &diag);
+	return open_and_configure(FAKE_ID, wanted);
 }
 
 static void begin(const struct camera_mode *wanted)
 {
-	int error = configure(wanted);
-
-	if (!error)
-		error = driver->start(camera, &diag);
-	if (error)
-		fail_msg("%s", diag.text);
-}
-
-static int next(struct frame *frame)
-{
-	int64_t until_ns = clock_now_ns() + PATIENCE_NS;
-	int error;
-
-	do {
-		realtime_enter();
-		error = driver->acquire(camera, 50 * NS_PER_MS, frame);
-		realtime_leave();
-	} while (error == -ETIMEDOUT && clock_now_ns() < until_ns);
-	return error;
-}
-
-static void release(struct frame *frame)
-{
-	realtime_enter();
-	driver->release(camera, frame);
-	realtime_leave();
-}
-
-static void take(struct frame *frame)
-{
-	assert_int_equal(next(frame), 0);
-}
-
-/* There is one message, with all the words; NULL ends them. It is forgotten. */
-static void assert_told(const char *first, ...)
-{
-	va_list words;
-
-	assert_int_equal(diag.count, 1);
-	va_start(words, first);
-	for (const char *word = first; word; word = va_arg(words, const char *))
-		if (!strstr(diag.text, word))
-			fail_msg("'%s' is not in: %s", word, diag.text);
-	va_end(words);
-	diag_finish(&diag);
+	start_camera(FAKE_ID, wanted);
 }
 
 static void frames_are_lent_in_the_cameras_own_memory(void **state)
@@ -194,8 +133,7 @@ static void an_unplugged_camera_is_gone_and_never_asked_to_stop(void **state)
 	assert_int_equal(error, -ENODEV);
 	assert_int_equal(driver->acquire(camera, 0, &frame), -ENODEV);
 	driver->stop(camera);
-	driver->close(camera);
-	camera = NULL;
+	close_camera();
 	assert_int_equal(fake.stops, 0);
 	assert_int_equal(fake.closes, 0);
 	assert_int_equal(fake.abandons, 1);
@@ -288,8 +226,7 @@ static void a_camera_is_found_by_its_model_and_told_to_be_busy(void **state)
 {
 	(void)state;
 	assert_int_equal(driver->open(&camera, "model=ov9281", NULL, &diag), 0);
-	driver->close(camera);
-	camera = NULL;
+	close_camera();
 	fake.busy = true;
 	assert_int_equal(driver->open(&camera, "model=ov9281", NULL, &diag), -EBUSY);
 	assert_told("libcamera:model=ov9281", "another program", NULL);
@@ -370,7 +307,7 @@ static void stamps_are_true_whatever_they_mark(void **state)
 	check_stamps(&wanted, 650 * NS_PER_US);
 }
 
-#define ON_CAMERA(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
+#define ON_CAMERA(test) cmocka_unit_test_setup_teardown(test, set_up, one_camera_tear_down)
 
 int main(void)
 {

@@ -22,10 +22,10 @@ static void a_pulled_plug_is_told_by_the_dequeue(void **state)
 	(void)state;
 	begin("", &grey);
 	take(&frame);
-	driver->release(camera, &frame);
+	release(&frame);
 	fake_v4l2_unplug(0);
 	while ((error = next(&frame)) == 0)
-		driver->release(camera, &frame);
+		release(&frame);
 	assert_int_equal(error, -ENODEV);
 	assert_int_equal(driver->acquire(camera, 0, &frame), -ENODEV);
 	driver->stop(camera);
@@ -40,7 +40,7 @@ static void a_pulled_plug_is_told_by_the_queue(void **state)
 	take(&frame);
 	fake_v4l2_unplug(0);
 	clock_sleep_until(clock_now_ns() + 50 * NS_PER_MS);
-	driver->release(camera, &frame);
+	release(&frame);
 	assert_int_equal(driver->acquire(camera, 0, &frame), -ENODEV);
 	assert_int_equal(driver->acquire(camera, 0, &frame), -ENODEV);
 }
@@ -54,15 +54,14 @@ static void a_camera_plugged_in_elsewhere_opens_by_its_serial_number(void **stat
 	fake_v4l2_plug(1, "B2", "card Other");
 	assert_int_equal(open_and_configure("serial=A1", &grey), 0);
 	fake_v4l2_unplug(0);
-	driver->close(camera);
-	camera = NULL;
+	close_camera();
 	assert_int_equal(open_and_configure("serial=A1", &grey), -ENODEV);
 	assert_told("serial=A1", "no such device", "/dev/video1 (Other, serial B2)", NULL);
 	fake_v4l2_plug(7, "A1", "");
 	assert_int_equal(open_and_configure("serial=A1", &grey), 0);
 	assert_int_equal(driver->start(camera, &diag), 0);
 	take(&frame);
-	driver->release(camera, &frame);
+	release(&frame);
 	driver->stop(camera);
 }
 
@@ -74,12 +73,12 @@ static void a_device_that_fails_is_lost_and_starts_anew(void **state)
 	(void)state;
 	begin("eio_after 3", &grey);
 	while ((error = next(&frame)) == 0)
-		driver->release(camera, &frame);
+		release(&frame);
 	assert_int_equal(error, -EIO);
 	driver->stop(camera);
 	assert_int_equal(driver->start(camera, &diag), 0);
 	take(&frame);
-	driver->release(camera, &frame);
+	release(&frame);
 	driver->stop(camera);
 }
 
@@ -104,7 +103,7 @@ static void lost_frames_leave_their_gap(void **state)
 		gaps += i > 0 && frame.device_seq == last + 2;
 		assert_true(i == 0 || frame.device_seq > last);
 		last = frame.device_seq;
-		driver->release(camera, &frame);
+		release(&frame);
 	}
 	assert_in_range(gaps, 2, 6); /* 3 or 4, unless this machine stood still meanwhile */
 }
@@ -119,10 +118,10 @@ static void a_stall_beyond_the_buffers_leaves_its_gap(void **state)
 	take(&frame);
 	first = frame.device_seq;
 	clock_sleep_until(clock_now_ns() + 600 * NS_PER_MS);
-	driver->release(camera, &frame);
+	release(&frame);
 	for (int i = 0; i < 40; i++) {
 		take(&frame);
-		driver->release(camera, &frame);
+		release(&frame);
 	}
 	assert_true(frame.device_seq > first + 100);
 }
@@ -136,7 +135,7 @@ static void frames_of_a_device_that_does_not_count_are_counted(void **state)
 	for (uint64_t i = 0; i < 5; i++) {
 		take(&frame);
 		assert_int_equal(frame.device_seq, i);
-		driver->release(camera, &frame);
+		release(&frame);
 	}
 }
 
@@ -154,7 +153,7 @@ static void damaged_frames_are_dropped_and_counted(void **state)
 		good += error == 0;
 		assert_true(error == 0 || error == -EBADMSG);
 		if (!error)
-			driver->release(camera, &frame);
+			release(&frame);
 	}
 	assert_in_range(damaged, 4, 16); /* half of them, as long as none is lost */
 }
@@ -180,7 +179,7 @@ static void pixels_are_read_where_the_kernel_put_them(void **state)
 			at[i] = frame.pixels;
 			for (int j = 0; j < i; j++)
 				same += at[j] == at[i];
-			driver->release(camera, &frame);
+			release(&frame);
 		}
 		assert_true(at[0] != at[1]);
 		assert_true(same >= 32); /* of 64 frames in at most 32 buffers */
@@ -207,7 +206,7 @@ static void luma_is_taken_out_of_yuyv(void **state)
 		}
 	assert_int_equal(bright, FAKE_V4L2_SPOT_PX * FAKE_V4L2_SPOT_PX);
 	assert_int_equal(bright + dark, (frame.height_px - 1) * frame.width_px);
-	driver->release(camera, &frame);
+	release(&frame);
 }
 
 static void the_true_time_lies_within_the_bound(void **state)
@@ -234,7 +233,7 @@ static void the_true_time_lies_within_the_bound(void **state)
 			assert_true(llabs(frame.mid_exposure_ns - truth_ns(&frame)) <=
 				    frame.uncertainty_ns);
 			assert_true(frame.uncertainty_ns <= cases[c].bound_ns);
-			driver->release(camera, &frame);
+			release(&frame);
 		}
 		v4l2_tear_down(state);
 		v4l2_set_up(state);
@@ -271,7 +270,7 @@ static void a_rolling_shutter_is_stamped_in_its_middle_row_and_doubt_widens_the_
 		assert_true(llabs(frame.mid_exposure_ns - middle_ns) <= frame.uncertainty_ns);
 		assert_in_range(frame.uncertainty_ns, cases[c].bound_ns * 9 / 10,
 				cases[c].bound_ns);
-		driver->release(camera, &frame);
+		release(&frame);
 		v4l2_tear_down(state);
 		v4l2_set_up(state);
 	}

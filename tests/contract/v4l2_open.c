@@ -22,8 +22,7 @@ static void a_serial_number_of_two_devices_is_refused_and_a_name_decides(void **
 	assert_int_equal(open_and_configure("serial=A1", &grey), -EINVAL);
 	assert_told("/dev/video0 (Colour", "/dev/video2 (Infrared", NULL);
 	assert_int_equal(open_and_configure("serial=A1,card=Infrared", &grey), 0);
-	driver->close(camera);
-	camera = NULL;
+	close_camera();
 	assert_int_equal(open_and_configure("card=Colour", &grey), 0);
 }
 
@@ -103,8 +102,7 @@ static void a_format_that_is_not_there_is_refused_with_those_that_are(void **sta
 	fake_v4l2_plug(0, "A1", "formats MJPG,Y10");
 	assert_int_equal(open_and_configure("/dev/video0", &raw), -ENOTSUP);
 	assert_told("/dev/video0", "grey16", "MJPG, Y10", NULL);
-	driver->close(camera);
-	camera = NULL;
+	close_camera();
 	fake_v4l2_plug(1, "B2", "formats MJPG");
 	assert_int_equal(open_and_configure("/dev/video1", &grey), -ENOTSUP);
 	assert_told("/dev/video1", "grey is wanted", "offers MJPG", NULL);
@@ -130,7 +128,7 @@ static void grey_of_more_bits_is_taken_before_the_luma_of_yuyv(void **state)
 	take(&frame);
 	memcpy(&first, frame.pixels + 2 * 20, sizeof(first));
 	assert_int_equal(first, 12 << 4);
-	driver->release(camera, &frame);
+	release(&frame);
 }
 
 static void the_rate_granted_is_what_the_device_will_do(void **state)
@@ -163,8 +161,7 @@ static void the_largest_size_that_keeps_the_rate_is_taken(void **state)
 	for (size_t i = 0; i < 3; i++) {
 		assert_int_equal(open_and_configure("/dev/video0", &modes[i]), 0);
 		assert_int_equal(granted.width_px, widths_px[i]);
-		driver->close(camera);
-		camera = NULL;
+		close_camera();
 	}
 }
 

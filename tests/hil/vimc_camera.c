@@ -16,76 +16,20 @@
 
 #include "base/clock.h"
 #include "drivers/libcamera/libcamera.h"
+#include "tests/contract/one_camera.h"
 
 #define CAMERA "platform/vimc.0 Sensor B"
 #define PATIENCE_NS (10 * NS_PER_S)
 #define PICTURE_BLACK 5 /* of test_pattern */
 #define PICTURE_WHITE 6
 
-static const struct camera_driver *const driver = &libcamera_camera_driver;
+const struct camera_driver *const driver = &libcamera_camera_driver;
 static const struct camera_mode small = {.width_px = 480, .height_px = 360, .format = PIXEL_RGB8};
 static const char *stagectl;
 
-static struct camera *camera;
-static struct camera_mode granted;
-static struct diag diag;
-
-static int set_up(void **state)
-{
-	(void)state;
-	camera = NULL;
-	return 0;
-}
-
-static int tear_down(void **state)
-{
-	(void)state;
-	driver->close(camera);
-	diag_finish(&diag);
-	return 0;
-}
-
-static int open_and_configure(const struct camera_mode *wanted)
-{
-	int error = driver->open(&camera, CAMERA, NULL, &diag);
-
-	return error ? error : driver->configure(camera, wanted, &granted, &diag);
-}
-
 static void begin(const struct camera_mode *wanted)
 {
-	int error = open_and_configure(wanted);
-
-	if (!error)
-		error = driver->start(camera, &diag);
-	if (error)
-		fail_msg("%s", diag.text);
-}
-
-/* The driver's next answer other than that nothing came. */
-static int next(struct frame *frame)
-{
-	int64_t until_ns = clock_now_ns() + PATIENCE_NS;
-	int error;
-
-	do
-		error = driver->acquire(camera, 100 * NS_PER_MS, frame);
-	while (error == -ETIMEDOUT && clock_now_ns() < until_ns);
-	return error;
-}
-
-static void take(struct frame *frame)
-{
-	assert_int_equal(next(frame), 0);
-}
-
-/* There is one message, with both words. */
-static void assert_told(const char *one, const char *other)
-{
-	assert_int_equal(diag.count, 1);
-	if (!strstr(diag.text, one) || !strstr(diag.text, other))
-		fail_msg("'%s' or '%s' is not in: %s", one, other, diag.text);
-	diag_finish(&diag);
+	start_camera(CAMERA, wanted);
 }
 
 /* What this process has mapped at an address. */
@@ -126,7 +70,7 @@ static void frames_lie_where_the_kernel_wrote_them(void **state)
 			b++;
 		seen[b] = frame.pixels;
 		buffers += b == buffers;
-		driver->release(camera, &frame);
+		release(&frame);
 	}
 	assert_in_range(buffers, 1, 8); /* the same ones again and again */
 }
@@ -153,7 +97,7 @@ static void held_frames_stay_and_go_on_when_they_are_released(void **state)
 		take(&frame);
 		assert_true(frame.device_seq > last_seq);
 		last_seq = frame.device_seq;
-		driver->release(camera, &frame);
+		release(&frame);
 	}
 }
 
@@ -168,7 +112,7 @@ static void stamps_lie_before_the_arrival_within_their_bounds(void **state)
 		assert_true(frame.mid_exposure_ns <= frame.arrival_ns);
 		/* of a camera that tells neither rate, exposure nor shutter */
 		assert_in_range(frame.uncertainty_ns, 1, 100 * NS_PER_MS);
-		driver->release(camera, &frame);
+		release(&frame);
 	}
 }
 
@@ -180,14 +124,13 @@ static int brightness(const struct camera_mode *wanted)
 	begin(wanted);
 	for (int i = 0; i < 3; i++) { /* vimc's first may be empty */
 		take(&frame);
-		driver->release(camera, &frame);
+		release(&frame);
 	}
 	take(&frame);
 	for (int y = 0; y < frame.height_px; y++)
 		for (int x = 0; x < 3 * frame.width_px; x++)
 			sum += frame.pixels[(long)y * frame.stride_bytes + x];
-	driver->close(camera);
-	camera = NULL;
+	close_camera();
 	return (int)(sum / (3 * frame.width_px * frame.height_px));
 }
 
@@ -230,7 +173,7 @@ static void what_the_camera_has_not_is_refused_by_name(void **state)
 	for (size_t i = 0; i < sizeof(refused) / sizeof(refused[0]); i++) {
 		assert_int_equal(driver->configure(camera, &refused[i].wanted, &granted, &diag),
 				 refused[i].error);
-		assert_told(refused[i].words[0], refused[i].words[1]);
+		assert_told(refused[i].words[0], refused[i].words[1], NULL);
 	}
 }
 
@@ -272,18 +215,17 @@ static void an_unplugged_camera_is_gone_and_comes_back(void **state)
 	(void)state;
 	begin(&small);
 	take(&frame);
-	driver->release(camera, &frame);
+	release(&frame);
 	bind_driver("unbind");
 	while ((error = next(&frame)) == 0 || error == -EBADMSG)
 		if (!error)
-			driver->release(camera, &frame);
+			release(&frame);
 	assert_int_equal(error, -ENODEV);
 	assert_int_equal(driver->acquire(camera, 0, &frame), -ENODEV);
 	driver->stop(camera);
-	driver->close(camera);
-	camera = NULL;
-	assert_int_equal(open_and_configure(&small), -ENODEV);
-	assert_told(CAMERA, "no such camera");
+	close_camera();
+	assert_int_equal(open_and_configure(CAMERA, &small), -ENODEV);
+	assert_told(CAMERA, "no such camera", NULL);
 	bind_driver("bind");
 	while ((error = driver->open(&camera, CAMERA, NULL, &diag)) && clock_now_ns() < until_ns)
 		diag_finish(&diag);
@@ -293,7 +235,7 @@ static void an_unplugged_camera_is_gone_and_comes_back(void **state)
 	take(&frame);
 }
 
-#define ON_CAMERA(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
+#define ON_CAMERA(test) cmocka_unit_test_teardown(test, one_camera_tear_down)
 
 int main(int argc, char **argv)
 {
