@@ -44,20 +44,6 @@ static uint32_t find_blobs(const struct blob_set *set, const double pixel[2],
 	return count;
 }
 
-/* A camera that turns by w sees p where it saw p - w x (p - centre). */
-static void find_turn(struct sight *sight, const struct view *view, struct vec3 p_m)
-{
-	struct vec3 d = vec3_sub(p_m, view->centre_stage_m);
-
-	for (int row = 0; row < 2; row++) {
-		const double *j = sight->j[row];
-
-		sight->turn[row][0] = j[1] * d.z - j[2] * d.y;
-		sight->turn[row][1] = j[2] * d.x - j[0] * d.z;
-		sight->turn[row][2] = j[0] * d.y - j[1] * d.x;
-	}
-}
-
 static void fill_sight(struct sight *sight, uint32_t camera, const struct blob *blob,
 		       const double pixel[2])
 {
@@ -95,7 +81,8 @@ static uint32_t find_sights(struct aim_sums *sums, const struct tracker_rig *rig
 		if (!((taken_mask | doubted_mask) >> c & 1))
 			continue;
 		fill_sight(sight, c, blob, pixel);
-		find_turn(sight, rig->views[c], p_m);
+		for (int row = 0; row < 2; row++)
+			view_turn(rig->views[c], p_m, sight->j[row], sight->turn[row]);
 		count++;
 	}
 	return count;

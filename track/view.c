@@ -118,3 +118,13 @@ void view_project_many(const struct view *view, const struct vec3 *p_stage_m, in
 		project_chunk(view, p_stage_m + i, count - i < CHUNK ? count - i : CHUNK, out + i,
 			      in_sight + i);
 }
+
+void view_turn(const struct view *view, struct vec3 p_stage_m, const double slopes[3],
+	       double turn[3])
+{
+	struct vec3 d = vec3_sub(p_stage_m, view->centre_stage_m);
+
+	turn[0] = slopes[1] * d.z - slopes[2] * d.y;
+	turn[1] = slopes[2] * d.x - slopes[0] * d.z;
+	turn[2] = slopes[0] * d.y - slopes[1] * d.x;
+}

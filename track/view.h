@@ -68,5 +68,10 @@ bool view_project(const struct view *view, struct vec3 p_stage_m, double pixel[2
 void view_project_many(const struct view *view, const struct vec3 *p_stage_m, int count,
 		       struct projection *out, bool *in_sight);
 
+/* The derivative of a pixel's coordinate by a turn of the camera about its centre, stage axes,
+ * 1/rad, from the slopes of that coordinate: it sees p where it saw p - turn x (p - centre). */
+void view_turn(const struct view *view, struct vec3 p_stage_m, const double slopes[3],
+	       double turn[3]);
+
 /* Unit vector of the ray through a pixel, stage axes; it starts at centre_stage_m. */
 struct vec3 view_ray(const struct view *view, const double pixel[2]);

@@ -27,16 +27,10 @@ struct lines {
 
 static void linearise(struct lines *line, const struct view *view, struct vec3 p_m)
 {
-	struct vec3 d = vec3_sub(p_m, view->centre_stage_m);
-
 	for (int row = 0; row < 2; row++) {
-		const double *j = line->j[row];
-
-		line->a[row][0] = j[1] * d.z - j[2] * d.y;
-		line->a[row][1] = j[2] * d.x - j[0] * d.z;
-		line->a[row][2] = j[0] * d.y - j[1] * d.x;
+		view_turn(view, p_m, line->j[row], line->a[row]);
 		for (int i = 0; i < 3; i++)
-			line->a[row][3 + i] = -j[i];
+			line->a[row][3 + i] = -line->j[row][i];
 	}
 }
 
