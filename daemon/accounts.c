@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "base/clock.h"
+#include "daemon/watchdog.h"
 #include "sim/world/world.h"
 
 #define CAUSE(name)                                            \
@@ -115,7 +116,7 @@ uint64_t sim_late_since_open(const struct station *station)
 	return late;
 }
 
-void station_accounts(const struct station *station, struct stream_statistics *out)
+void station_accounts(struct station *station, struct stream_statistics *out)
 {
 	*out = (struct stream_statistics){
 		.time_ns = clock_now_ns(),
@@ -139,4 +140,5 @@ void station_accounts(const struct station *station, struct stream_statistics *o
 		fill_camera(station, c, &out->cameras[c]);
 	for (int s = 0; s < LATENCY_STAGE_COUNT; s++)
 		fill_latency(&station->statistics, (enum latency_stage)s, &out->latencies[s]);
+	out->stall_count = find_stalls(station, out->time_ns, out->stalls);
 }

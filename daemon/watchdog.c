@@ -3,6 +3,7 @@
  */
 #include "daemon/watchdog.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <stdio.h>
 #include <systemd/sd-daemon.h>
@@ -12,6 +13,8 @@
 #define FIRST_CAMERA 2 /* behind trigger and solver */
 #define THREAD_MAX (FIRST_CAMERA + CAMERA_MAX)
 #define LOOKS_PER_INTERVAL 4
+
+static_assert(THREAD_MAX <= STREAM_STALL_MAX, "each may stand still");
 
 static uint32_t list_threads(struct station *station, struct realtime_thread *threads[THREAD_MAX])
 {
@@ -55,22 +58,19 @@ void watch_heartbeats(struct station *station)
 	}
 }
 
-json_t *stalled_json(struct station *station)
+uint32_t find_stalls(struct station *station, int64_t now_ns,
+		     struct stream_stall stalls[STREAM_STALL_MAX])
 {
 	struct realtime_thread *threads[THREAD_MAX];
-	uint32_t count = list_threads(station, threads);
-	int64_t now_ns = clock_now_ns();
-	json_t *stalled = json_array();
+	uint32_t count = list_threads(station, threads), stall_count = 0;
 
 	for (uint32_t i = 0; i < count; i++) {
 		int64_t still_ns = heartbeat_still_ns(&threads[i]->heartbeat, now_ns);
 
 		if (still_ns > HEARTBEAT_LATE_NS)
-			json_array_append_new(stalled, json_sprintf("%s: no heartbeat for %.1f s",
-								    threads[i]->name,
-								    (double)still_ns / NS_PER_S));
+			stalls[stall_count++] = (struct stream_stall){threads[i]->name, still_ns};
 	}
-	return stalled;
+	return stall_count;
 }
 
 static void kick_if_all_moved(struct station *station)

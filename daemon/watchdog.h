@@ -5,10 +5,10 @@
  */
 #pragma once
 
-#include <jansson.h>
 #include <systemd/sd-event.h>
 
 #include "daemon/station.h"
+#include "protocol/encode.h"
 
 struct watchdog {
 	struct station *station; /* borrowed */
@@ -24,5 +24,6 @@ void watchdog_stop(struct watchdog *watchdog); /* a zeroed one is fine */
 /* Once a second: logs which threads stand still and which move again. */
 void watch_heartbeats(struct station *station);
 
-/* "solver: no heartbeat for 2.1 s" for each that stands still. New. */
-json_t *stalled_json(struct station *station);
+/* Looks at all, and tells those that stand still. Returns how many. */
+uint32_t find_stalls(struct station *station, int64_t now_ns,
+		     struct stream_stall stalls[STREAM_STALL_MAX]);

@@ -8,6 +8,7 @@
 #define CAMERAS_MAX 1024
 #define COUNTS_MAX 1024
 #define LATENCIES_MAX 1024
+#define STALLS_MAX 1024
 
 static struct stage_queue decode_queue(const Stage__V1__Queue *from)
 {
@@ -113,6 +114,25 @@ static int decode_pulses(void *arena, const Stage__V1__Pulses *from, struct stag
 			     &pulses->event_count);
 }
 
+static int decode_stalls(void *arena, const Stage__V1__Statistics *from,
+			 struct stage_statistics *to)
+{
+	struct stage_stall *stalls = decode_alloc(arena, from->n_stalled * sizeof(*stalls));
+
+	if (from->n_stalled > STALLS_MAX || !stalls)
+		return -EPROTO;
+	for (size_t i = 0; i < from->n_stalled; i++) {
+		const Stage__V1__Stall *one = from->stalled[i];
+
+		if (!decode_text_is_clean(one->thread))
+			return -EPROTO;
+		stalls[i] = (struct stage_stall){one->thread, one->still_ns};
+	}
+	to->stall_count = (uint32_t)from->n_stalled;
+	to->stalls = stalls;
+	return 0;
+}
+
 int decode_statistics(void *arena, const Stage__V1__Statistics *from, struct stage_event *event)
 {
 	struct stage_statistics *to = decode_alloc(arena, sizeof(*to));
@@ -131,7 +151,7 @@ int decode_statistics(void *arena, const Stage__V1__Statistics *from, struct sta
 					.edges = decode_queue(from->edges),
 					.sets = decode_queue(from->sets)};
 	if (decode_cameras(arena, from, to) < 0 || decode_latencies(arena, from, to) < 0 ||
-	    decode_pulses(arena, from->pulses, to) < 0)
+	    decode_pulses(arena, from->pulses, to) < 0 || decode_stalls(arena, from, to) < 0)
 		return -EPROTO;
 	*event = (struct stage_event){.kind = STAGE_STATISTICS, .statistics = to};
 	return 0;

@@ -35,6 +35,7 @@ struct stream_description {
 
 #define STREAM_COUNT_MAX 24  /* causes of losses, or events, of a camera */
 #define STREAM_LATENCY_MAX 8 /* stages */
+#define STREAM_STALL_MAX (CAMERA_MAX + 2)
 
 /* All texts are borrowed. */
 struct stream_count {
@@ -73,6 +74,11 @@ struct stream_pulses {
 	struct stream_count events[STREAM_COUNT_MAX];
 };
 
+struct stream_stall {
+	const char *thread;
+	int64_t still_ns;
+};
+
 /* How the station does; what the message Statistics says. */
 struct stream_statistics {
 	int64_t time_ns;
@@ -86,6 +92,8 @@ struct stream_statistics {
 	struct stream_latency latencies[STREAM_LATENCY_MAX];
 	bool has_pulses;
 	struct stream_pulses pulses;
+	uint32_t stall_count;
+	struct stream_stall stalls[STREAM_STALL_MAX];
 };
 
 enum notice_kind { NOTICE_REFUSED = 1, NOTICE_PROTOCOL = 2 };

@@ -34,6 +34,7 @@ struct statistics_parts {
 	struct latency_parts latencies[STREAM_LATENCY_MAX];
 	Stage__V1__Latency *latency_pointers[STREAM_LATENCY_MAX];
 	struct pulses_parts pulses;
+	Stage__V1__Stall stalls[STREAM_STALL_MAX], *stall_pointers[STREAM_STALL_MAX];
 };
 
 static Stage__V1__Queue *fill_queue(Stage__V1__Queue *to, const struct stream_queue *from)
@@ -123,6 +124,18 @@ static Stage__V1__Pulses *fill_pulses(struct pulses_parts *parts, const struct s
 	return to;
 }
 
+static void fill_stalls(struct statistics_parts *parts, const struct stream_statistics *from)
+{
+	parts->message.n_stalled = from->stall_count;
+	parts->message.stalled = parts->stall_pointers;
+	for (uint32_t i = 0; i < from->stall_count; i++) {
+		stage__v1__stall__init(&parts->stalls[i]);
+		parts->stalls[i].thread = encode_text(from->stalls[i].thread);
+		parts->stalls[i].still_ns = from->stalls[i].still_ns;
+		parts->stall_pointers[i] = &parts->stalls[i];
+	}
+}
+
 static void fill_statistics(struct statistics_parts *parts, const struct stream_statistics *from)
 {
 	Stage__V1__Statistics *to = &parts->message;
@@ -150,6 +163,7 @@ static void fill_statistics(struct statistics_parts *parts, const struct stream_
 			fill_latency(&parts->latencies[s], &from->latencies[s]);
 	if (from->has_pulses)
 		to->pulses = fill_pulses(&parts->pulses, &from->pulses);
+	fill_stalls(parts, from);
 }
 
 int encode_statistics(const struct stream_statistics *statistics, uint8_t **frame,

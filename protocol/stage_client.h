@@ -168,6 +168,12 @@ struct stage_pulses {
 	const struct stage_count *events; /* what went otherwise than planned */
 };
 
+/* A thread of the station that hangs: "trigger", "solver" or a camera's name. */
+struct stage_stall {
+	const char *thread;
+	int64_t still_ns;
+};
+
 /* Once a second: how the station does; counts since its start. */
 struct stage_statistics {
 	int64_t time_ns;
@@ -182,6 +188,8 @@ struct stage_statistics {
 	const struct stage_latency *latencies;
 	const struct stage_pulses *pulses; /* NULL where no trigger reports them */
 	uint64_t edges_refused;            /* reports of pulses for which `edges` had no room */
+	uint32_t stall_count;              /* 0 when all is well */
+	const struct stage_stall *stalls;
 };
 
 /* The pointer that belongs to `kind` is set, the others are NULL. The memory is the client's:

@@ -8,7 +8,6 @@
 #include "base/clock.h"
 #include "daemon/accounts.h"
 #include "daemon/control/control_methods.h"
-#include "daemon/watchdog.h"
 
 static void set_count(json_t *object, const char *key, const _Atomic uint64_t *counter)
 {
@@ -296,9 +295,22 @@ static json_t *config_json(const struct station *station)
 	return json_string(realpath(path, whole) ? whole : path);
 }
 
+/* "solver: no heartbeat for 2.1 s" for each that stands still. */
+static json_t *stalled_json(const struct stream_statistics *accounts)
+{
+	json_t *stalled = json_array();
+
+	for (uint32_t i = 0; i < accounts->stall_count; i++)
+		json_array_append_new(
+			stalled,
+			json_sprintf("%s: no heartbeat for %.1f s", accounts->stalls[i].thread,
+				     (double)accounts->stalls[i].still_ns / NS_PER_S));
+	return stalled;
+}
+
 json_t *station_status_json(const struct control_context *context)
 {
-	const struct station *station = context->station;
+	struct station *station = context->station;
 	const struct control_stats *control = context->stats;
 	int64_t now_ns = clock_now_ns();
 
@@ -327,6 +339,6 @@ json_t *station_status_json(const struct control_context *context)
 			    json_integer(rig_swap_number(&station->rig_swap)));
 	json_object_set_new(status, "rig_serial", json_integer(station->rig_swap.current->serial));
 	json_object_set_new(status, "latency", latencies_json(&accounts));
-	json_object_set_new(status, "stalled", stalled_json(context->station));
+	json_object_set_new(status, "stalled", stalled_json(&accounts));
 	return status;
 }

@@ -11,6 +11,7 @@ import tempfile
 import time
 
 import pytest
+import stageclient
 from conftest import STAGECTL, STAGED
 
 
@@ -96,6 +97,12 @@ def test_the_manager_hears_of_start_life_and_end(served, manager):
     assert manager.hear("STOPPING=1", 1) is not None
 
 
+def stalls_in_the_stream(station):
+    with stageclient.connect(str(station.socket_dir / "stream.sock"), timeout_s=10) as client:
+        return next(event for event in client
+                    if isinstance(event, stageclient.Statistics)).stalled
+
+
 @pytest.mark.parametrize("thread", ["ir2", "trigger"])
 def test_a_thread_that_hangs_is_named_and_keeps_the_watchdog_from_being_kicked(
         served, manager, tmp_path, thread):
@@ -108,6 +115,8 @@ def test_a_thread_that_hangs_is_named_and_keeps_the_watchdog_from_being_kicked(
     [stalled] = station.status()["stalled"]
     assert stalled.startswith(f"{thread}: no heartbeat for ")
     assert f"{thread}: no heartbeat for" in station.ctl("status").stdout
+    [stall] = stalls_in_the_stream(station)
+    assert stall.thread == thread and stall.still_ns > 1e9
 
 
 def test_hung_threads_share_the_half_second_that_a_stop_gives_them(served, tmp_path):

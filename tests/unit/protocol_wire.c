@@ -233,6 +233,8 @@ static const struct stream_statistics SENT = {
 		   .late = {100, 11, 12, 13, 14},
 		   .event_count = 2,
 		   .events = {{"strobe_short", 0}, {"guard_cut", 5}}},
+	.stall_count = 2,
+	.stalls = {{"solver", 1100000000}, {"ir2", 2}},
 };
 
 static void check_cameras(const struct stage_statistics *got)
@@ -284,6 +286,10 @@ static void statistics_survive_the_wire(void **state)
 	assert_int_equal(got->latencies[0].run.p99_ns, 3);
 	assert_int_equal(got->latencies[0].recent.max_ns, 9);
 	check_pulses(got->pulses);
+	assert_int_equal(got->stall_count, 2);
+	assert_string_equal(got->stalls[0].thread, "solver");
+	assert_int_equal(got->stalls[0].still_ns, 1100000000);
+	assert_string_equal(got->stalls[1].thread, "ir2");
 }
 
 static void hd_frame_is_named_in_hd_shots_alone(void **state)
