@@ -17,7 +17,7 @@ int main(void)
 	if (fd < 0)
 		return 1;
 	close(fd);
-	fake_ft232h.levels_path = levels;
+	fake_ft232h->levels_path = levels;
 	const struct trigger_contract contract = {
 		.driver = &usb_trigger_driver,
 		.rest = "FAKE,ir=D5,strobe=D6,hd=D7",

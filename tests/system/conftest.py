@@ -101,6 +101,30 @@ def sim_config(recording):
 
 
 @pytest.fixture
+def fired_config(sim_config, recording, tmp_path):
+    """fired_config(trigger, more YAML) -> a config of them at 60 Hz that another trigger fires."""
+
+    def write(trigger, more=""):
+        text = sim_config.read_text().replace("rig: rig", f"rig: {recording}/rig")
+        text = text.replace("layout: layout.yaml", f"layout: {recording}/layout.yaml")
+        text = text.replace("trigger: sim\n", f"trigger: '{trigger}'\n")
+        config = tmp_path / "fired.yaml"
+        config.write_text(text + more)
+        return config
+
+    return write
+
+
+def wait_for(what, seconds):
+    """What `what()` returns, once that is something."""
+    deadline = time.monotonic() + seconds
+    while not (found := what()):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    return found
+
+
+@pytest.fixture
 def start(tmp_path):
     """start(config) -> a Station, ended with the test. Its sockets are in tmp_path / "sockets"."""
     stations = []

@@ -11,6 +11,18 @@ EDGES_AT = CHANGES_AT + 16 * CHANGES
 SIZE = EDGES_AT + 8 + 8 * 4096 + 24
 
 
+def pulses_of(changes, line):
+    """(on, off) of each pulse of a line that is over, from (seconds, levels) of all changes."""
+    begin, found = None, []
+    for at, levels in changes:
+        if levels & line and begin is None:
+            begin = at
+        elif not levels & line and begin is not None:
+            found.append((begin, at))
+            begin = None
+    return found
+
+
 class Chip:
     """The file that the station takes for a chip."""
 
@@ -44,14 +56,7 @@ class Chip:
 
     def pulses(self, line, first=0):
         """(on, off) of each that is over."""
-        begin, found = None, []
-        for at, levels, _ in self.changes(first):
-            if levels & line and begin is None:
-                begin = at
-            elif not levels & line and begin is not None:
-                found.append((begin, at))
-                begin = None
-        return found
+        return pulses_of(((at, levels) for at, levels, _ in self.changes(first)), line)
 
     def wait_lit(self, line, seconds=20):
         deadline = time.monotonic() + seconds

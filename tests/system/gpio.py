@@ -10,7 +10,7 @@ import subprocess
 import time
 
 import pytest
-from conftest import STAGED
+from conftest import STAGED, wait_for
 from fake_chip import HD, IR, STROBE, Chip, COUNT_AT
 
 PERIOD_S = 1 / 60
@@ -25,16 +25,11 @@ def chip(tmp_path):
 
 
 @pytest.fixture
-def gpio_config(sim_config, recording, tmp_path):
+def gpio_config(fired_config):
     """gpio_config(more YAML, lines) -> a config at 60 Hz that fires on the chip's lines."""
 
     def write(more="", lines="ir=IR_TRIG,strobe=STROBE,hd=HD_TRIG"):
-        text = sim_config.read_text().replace("rig: rig", f"rig: {recording}/rig")
-        text = text.replace("layout: layout.yaml", f"layout: {recording}/layout.yaml")
-        text = text.replace("trigger: sim\n", f"trigger: 'gpio:gpiochip0,{lines}'\n")
-        config = tmp_path / "gpio.yaml"
-        config.write_text(text + more)
-        return config
+        return fired_config(f"gpio:gpiochip0,{lines}", more)
 
     return write
 
@@ -58,14 +53,6 @@ def gpio_start(start, gpio_config, tmp_path, chip):
 
 # 8 ms of light in 17 ms: long enough to be hit in the middle
 LONG = "exposure_us: 12000\nstrobe_duty_max: 0.5\n"
-
-
-def wait_for(what, seconds):
-    deadline = time.monotonic() + seconds
-    while not (found := what()):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-    return found
 
 
 def darken(station):

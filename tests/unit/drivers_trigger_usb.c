@@ -68,17 +68,17 @@ static bool has_underrun(const struct edge *edge)
 /* The change that lights a line after one, or -1. */
 static int find_rise(uint8_t bit, int from)
 {
-	for (int c = from; c < fake_ft232h.change_count; c++)
-		if (fake_ft232h.changes[c].levels & bit &&
-		    !(c ? fake_ft232h.changes[c - 1].levels & bit : 0))
+	for (int c = from; c < fake_ft232h->change_count; c++)
+		if (fake_ft232h->changes[c].levels & bit &&
+		    !(c ? fake_ft232h->changes[c - 1].levels & bit : 0))
 			return c;
 	return -1;
 }
 
 static int find_fall(uint8_t bit, int rise)
 {
-	for (int c = rise; c < fake_ft232h.change_count; c++)
-		if (!(fake_ft232h.changes[c].levels & bit))
+	for (int c = rise; c < fake_ft232h->change_count; c++)
+		if (!(fake_ft232h->changes[c].levels & bit))
 			return c;
 	return -1;
 }
@@ -86,7 +86,7 @@ static int find_fall(uint8_t bit, int rise)
 static int64_t sample(int change)
 {
 	assert_true(change >= 0);
-	return fake_ft232h.changes[change].sample;
+	return fake_ft232h->changes[change].sample;
 }
 
 /* A shot's lines from its IR pulse on; `ir` is that of the change. */
@@ -113,11 +113,11 @@ static void check_shots(const struct edge *edges, int count)
 
 	for (int e = 0; e < count; e++) {
 		while (ir >= 0 &&
-		       fake_ft232h.changes[ir].time_ns < edges[e].edge_ns - USUAL_PERIOD_NS / 2)
+		       fake_ft232h->changes[ir].time_ns < edges[e].edge_ns - USUAL_PERIOD_NS / 2)
 			ir = find_rise(IR, ir + 1);
 		assert_true(ir >= 0);
 		int64_t off_ns =
-			fake_ft232h.changes[ir].time_ns - 20 * NS_PER_US - edges[e].edge_ns;
+			fake_ft232h->changes[ir].time_ns - 20 * NS_PER_US - edges[e].edge_ns;
 
 		if (llabs(off_ns) > edges[e].uncertainty_ns)
 			fail_msg("shot %d: %ld ns off, told %ld", (int)edges[e].shot, (long)off_ns,
@@ -127,7 +127,7 @@ static void check_shots(const struct edge *edges, int count)
 			assert_int_equal(edges[e].shot, edges[e - 1].shot + 1 + edges[e].missed);
 		assert_true(!edges[e].missed || has_underrun(&edges[e]));
 	}
-	assert_int_equal(fake_ft232h.lit_count, 0);
+	assert_int_equal(fake_ft232h->lit_count, 0);
 }
 
 static void edges_are_exact_to_the_microsecond_before_and_after_a_stop(void **state)
@@ -136,15 +136,15 @@ static void edges_are_exact_to_the_microsecond_before_and_after_a_stop(void **st
 	int count = 0;
 
 	(void)state;
-	fake_ft232h.ppm = 70;
+	fake_ft232h->ppm = 70;
 	for (int run = 0; run < 3; run++) {
 		arm();
 		for (int i = 0; i < 41; i++)
 			edges[count++] = take();
 		usb_trigger_driver.disarm(trigger);
-		int last = fake_ft232h.change_count - 1;
-		assert_true(clock_now_ns() >= fake_ft232h.changes[last].time_ns);
-		assert_int_equal(fake_ft232h.changes[last].levels, 0);
+		int last = fake_ft232h->change_count - 1;
+		assert_true(clock_now_ns() >= fake_ft232h->changes[last].time_ns);
+		assert_int_equal(fake_ft232h->changes[last].levels, 0);
 	}
 	check_shots(edges, count);
 }
@@ -161,7 +161,7 @@ static void thread_that_stands_still_for_50_ms_loses_nothing(void **state)
 		arm();
 		for (int i = 0; i < 60; i++) {
 			if (i == 20)
-				fake_ft232h.deaf_until_ns = clock_now_ns() + 50 * NS_PER_MS;
+				fake_ft232h->deaf_until_ns = clock_now_ns() + 50 * NS_PER_MS;
 			edges[i] = take();
 		}
 		usb_trigger_driver.disarm(trigger);
@@ -180,7 +180,7 @@ static void longer_stall_is_an_underrun_and_the_grid_stays(void **state)
 	arm();
 	for (int i = 0; i < 60; i++) {
 		if (i == 10)
-			fake_ft232h.deaf_until_ns = clock_now_ns() + 600 * NS_PER_MS;
+			fake_ft232h->deaf_until_ns = clock_now_ns() + 600 * NS_PER_MS;
 		edges[i] = take();
 		underruns += has_underrun(&edges[i]);
 	}
@@ -199,7 +199,7 @@ static void adapter_that_is_unplugged_is_told(void **state)
 	(void)state;
 	arm();
 	take();
-	fake_ft232h.gone = true;
+	fake_ft232h->gone = 1;
 	for (int i = 0; i < 100 && (err == 0 || err == -ETIMEDOUT); i++)
 		err = usb_trigger_driver.next(trigger, 100 * NS_PER_MS, &edge);
 	assert_int_equal(err, -ENODEV);

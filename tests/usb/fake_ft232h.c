@@ -5,9 +5,13 @@
 #include "tests/usb/fake_ft232h.h"
 
 #include <errno.h>
+#include <fcntl.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include "base/clock.h"
 #include "drivers/usb/ft232h.h"
@@ -27,23 +31,39 @@ struct ft232h {
 	int64_t taken, begin_sample, begin_ns;
 };
 
-struct fake_ft232h fake_ft232h;
+static struct fake_ft232h own;
+struct fake_ft232h *fake_ft232h = &own;
+
+/* Before main(): where a file is named, what is in it is there from the start. */
+__attribute__((constructor)) static void map_file(void)
+{
+	const char *path = getenv(FAKE_FT232H_ENV);
+	int fd = path ? open(path, O_RDWR | O_CLOEXEC) : -1;
+
+	if (fd < 0 || ftruncate(fd, sizeof(*fake_ft232h)))
+		return;
+	void *memory = mmap(NULL, sizeof(*fake_ft232h), PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+
+	close(fd);
+	if (memory != MAP_FAILED)
+		fake_ft232h = memory;
+}
 
 void fake_ft232h_reset(void)
 {
-	memset(&fake_ft232h, 0, sizeof(fake_ft232h));
+	memset(fake_ft232h, 0, sizeof(*fake_ft232h));
 }
 
 static int64_t time_of(const struct ft232h *adapter, int64_t sample)
 {
-	double sample_ns = (double)adapter->divisor * 50 / 3 / (1 + fake_ft232h.ppm * 1e-6);
+	double sample_ns = (double)adapter->divisor * 50 / 3 / (1 + fake_ft232h->ppm * 1e-6);
 
 	return adapter->begin_ns + (int64_t)((double)(sample - adapter->begin_sample) * sample_ns);
 }
 
 static void show(uint8_t levels)
 {
-	FILE *file = fake_ft232h.levels_path ? fopen(fake_ft232h.levels_path, "w") : NULL;
+	FILE *file = fake_ft232h->levels_path ? fopen(fake_ft232h->levels_path, "w") : NULL;
 
 	if (!file)
 		return;
@@ -73,20 +93,20 @@ static void play(struct ft232h *adapter, const uint8_t *bytes, uint32_t count, i
 	if (now_ns >= time_of(adapter, adapter->taken)) {
 		adapter->begin_ns = now_ns;
 		adapter->begin_sample = adapter->taken;
-		fake_ft232h.gap_count++;
+		fake_ft232h->gap_count++;
 	}
 	for (uint32_t i = 0; i < count; i++) {
 		uint8_t levels = bytes[i] & adapter->mask;
 
-		if (levels != adapter->last && fake_ft232h.change_count < FAKE_FT232H_CHANGES)
-			fake_ft232h.changes[fake_ft232h.change_count++] =
+		if (levels != adapter->last && fake_ft232h->change_count < FAKE_FT232H_CHANGES)
+			fake_ft232h->changes[fake_ft232h->change_count++] =
 				(struct fake_ft232h_change){adapter->taken + i,
 							    time_of(adapter, adapter->taken + i),
 							    levels};
 		adapter->last = levels;
 	}
 	adapter->taken += count;
-	fake_ft232h.lit_count += adapter->last != 0;
+	fake_ft232h->lit_count += adapter->last != 0;
 	show(adapter->last);
 }
 
@@ -101,7 +121,7 @@ static void finish_first(struct ft232h *adapter, int err)
 
 static int error_of(const struct ft232h *adapter)
 {
-	return fake_ft232h.gone ? -ENODEV : adapter->cancelled ? -ECANCELED : 0;
+	return fake_ft232h->gone ? -ENODEV : adapter->cancelled ? -ECANCELED : 0;
 }
 
 /* All packets that were taken by now. */
@@ -133,7 +153,7 @@ int ft232h_handle(struct ft232h *adapter, int64_t timeout_ns)
 {
 	int64_t give_up_ns = clock_now_ns() + timeout_ns;
 
-	clock_sleep_until(fake_ft232h.deaf_until_ns);
+	clock_sleep_until(fake_ft232h->deaf_until_ns);
 	while (!take(adapter, clock_now_ns()) && clock_now_ns() < give_up_ns) {
 		int64_t wake_ns = adapter->first < adapter->end ? next_ns(adapter) : give_up_ns;
 
@@ -146,7 +166,7 @@ int ft232h_submit(struct ft232h_write *write)
 {
 	struct ft232h *adapter = write->adapter;
 
-	if (fake_ft232h.gone)
+	if (fake_ft232h->gone)
 		return -ENODEV;
 	if (adapter->end - adapter->first == QUEUE_MAX)
 		return -ENOMEM;
@@ -183,20 +203,20 @@ int ft232h_set_outputs(struct ft232h *adapter, uint8_t mask)
 {
 	adapter->mask = mask;
 	show(0);
-	return fake_ft232h.gone ? -ENODEV : 0;
+	return fake_ft232h->gone ? -ENODEV : 0;
 }
 
 int ft232h_set_divisor(struct ft232h *adapter, uint32_t divisor)
 {
 	adapter->divisor = divisor;
-	return fake_ft232h.gone ? -ENODEV : 0;
+	return fake_ft232h->gone ? -ENODEV : 0;
 }
 
 int ft232h_open(struct ft232h **out, const char *wanted, const char *who, struct diag *diag)
 {
 	struct ft232h *adapter;
 
-	if (fake_ft232h.gone || (*wanted && strcmp(wanted, "FAKE") != 0)) {
+	if (fake_ft232h->gone || (*wanted && strcmp(wanted, "FAKE") != 0)) {
 		diag_add(diag, "%s: no such adapter; there is FAKE", who);
 		return -ENODEV;
 	}
