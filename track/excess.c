@@ -10,6 +10,9 @@
 #define CHI2_MAX 16.0 /* one point counts for no more */
 #define DOF_MIN 10
 #define MAX_PX2 (0.5 * 0.5)
+/* Steps are shares of what is learned and this: were they shares of what a faint spot leaves over,
+ * its noise alone would make the bright ones seem worse than they are. */
+#define GRAIN_PX2 (0.005 * 0.005)
 
 #define POINTS_A_SHOT 4
 #define VIEWS_MIN 4       /* fewer do not tell which of them is off */
@@ -17,9 +20,15 @@
 #define STRAY_MAX 4.0     /* times what is expected: a stray view counts for no more ... */
 #define OFF_RATIO 1.5     /* ... and a camera is off when its views leave over so much on average */
 
+static void take_step(double *learned_px2, double share)
+{
+	*learned_px2 += share * (*learned_px2 + GRAIN_PX2);
+	*learned_px2 = fmin(fmax(*learned_px2, 0), MAX_PX2);
+}
+
 static void learn_all(struct tracker_state *state, const struct matcher *m)
 {
-	double chi2 = 0, dof = 0, residual_px2 = 0;
+	double chi2 = 0, dof = 0;
 
 	for (uint32_t p = 0; p < m->point_count; p++) {
 		const struct fix *fix = &m->points[p].fix;
@@ -29,15 +38,10 @@ static void learn_all(struct tracker_state *state, const struct matcher *m)
 			continue;
 		chi2 += fix_dof * fmin(fix->chi2_per_dof, CHI2_MAX);
 		dof += fix_dof;
-		residual_px2 += fix_dof * fix->residual_px * fix->residual_px;
 	}
 	if (dof < DOF_MIN)
 		return;
-	double ratio = chi2 / dof, mean_px2 = residual_px2 / dof;
-	/* residual / chi2 is the mean variance now assumed */
-	double *all_px2 = &state->excess.all_px2;
-	*all_px2 += GAIN * (ratio - 1) * mean_px2 / fmax(ratio, 0.1);
-	*all_px2 = fmin(fmax(*all_px2, 0), MAX_PX2);
+	take_step(&state->excess.all_px2, GAIN * (chi2 / dof - 1));
 }
 
 /* The spread that the point's own covariance makes in the image. */
@@ -68,10 +72,9 @@ static void learn_view(struct tracker_state *state, const struct matcher *m,
 		own_px2 + (point->fix.used_mask >> c & 1 ? -taken_px2 : taken_px2), 0.3 * own_px2);
 	double x_px = blob->x_px - pixel[0], y_px = blob->y_px - pixel[1];
 	double left_px2 = fmin(x_px * x_px + y_px * y_px, STRAY_MAX * expected_px2);
-	double *learned_px2 = &state->excess.camera_px2[c];
 
-	*learned_px2 += CAMERA_GAIN * (left_px2 - OFF_RATIO * expected_px2);
-	*learned_px2 = fmin(fmax(*learned_px2, 0), MAX_PX2);
+	take_step(&state->excess.camera_px2[c],
+		  CAMERA_GAIN * (left_px2 / expected_px2 - OFF_RATIO));
 }
 
 static void learn_cameras(struct tracker_state *state, const struct matcher *m)
