@@ -8,6 +8,9 @@
 #include <string.h>
 
 #include "sim/render/hd_render.h"
+#include "sim/render/noise.h"
+#include "sim/render/noise_patterned.h"
+#include "sim/render/optics.h"
 #include "sim/world/scene_parts.h"
 
 #define LEAK_GREY 12
@@ -42,6 +45,12 @@ int sim_picture_create(struct sim_picture **out, const struct sim_scene *scene, 
 	}
 	*out = picture;
 	return 0;
+}
+
+double sim_picture_electrons_per_grey(const struct sim_scene *scene)
+{
+	return scene->script.optics == SIM_OPTICS_TAILED ? PATTERNED_ELECTRONS_PER_GREY
+							 : SENSOR_ELECTRONS_PER_GREY;
 }
 
 void sim_picture_destroy(struct sim_picture *picture)

@@ -16,6 +16,9 @@ int sim_picture_create(struct sim_picture **out, const struct sim_scene *scene, 
 		       enum sim_noise noise);
 void sim_picture_destroy(struct sim_picture *picture); /* accepts NULL */
 
+/* Of the scene's IR sensors, as `stagectl camera noise` finds it. */
+double sim_picture_electrons_per_grey(const struct sim_scene *scene);
+
 /* With or without the light of all IR strobes. Rows of 8 bits without gaps, grey or Bayer; the
  * picture's own until the next call. Does not allocate. */
 const uint8_t *sim_picture_take(struct sim_picture *picture, uint64_t shot, sim_fault_mask faults,

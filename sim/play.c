@@ -93,8 +93,10 @@ int sim_play_init(struct sim_play *play, const struct sim_options *options, stru
 
 int sim_play_use_pixels(struct sim_play *play, enum sim_noise noise, struct diag *diag)
 {
-	const struct blob_settings settings = blob_settings_default();
+	struct blob_settings settings = blob_settings_default();
 	int err = 0;
+
+	settings.electrons_per_grey = sim_picture_electrons_per_grey(play->scene);
 
 	for (uint32_t c = 0; !err && c < play->rig.camera_count; c++) {
 		const struct view *view = &play->rig.views[c];

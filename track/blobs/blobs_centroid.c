@@ -8,10 +8,13 @@
 
 #include "track/blobs/blobs_parts.h"
 
-#define SIGMA_FLOOR_PX 0.0015f          /* pixel phase, lens blur that is not symmetric */
-#define SIGMA_FLOOR_SATURATED_PX 0.008f /* what clipping hides */
-#define SIGMA_FLOOR_MOMENT_PX 0.01f     /* of the plain moment, which the threshold cuts */
-#define POINT_VARIANCE_PX2 0.6f         /* no spot is sharper than a pixel */
+#define SIGMA_FLOOR_PX 0.0015f /* pixel phase, lens blur that is not symmetric */
+#define SIGMA_RIM_PX 0.0045f   /* pixel phase of a clipped spot whose rim is a pixel wide */
+#define RIM_MIN_PX 0.5f
+#define PIXEL_GAIN 0.006f           /* no sensor's pixels are alike: 0.5 to 1 % (EMVA 1288, PRNU) */
+#define RIM_HEIGHT 0.6f             /* of the spot's, where its pixels count most */
+#define SIGMA_FLOOR_MOMENT_PX 0.01f /* of the plain moment, which the threshold cuts */
+#define POINT_VARIANCE_PX2 0.6f     /* no spot is sharper than a pixel */
 #define SHAPELESS_AREA_PX2 6
 #define LARGE_SNR 60 /* from here on the window need not fear noise, only the pixel grid */
 #define STEEP 0.04f  /* 256ths per pixel */
@@ -237,10 +240,20 @@ static float tilt_of(const struct spot *spot, const struct fit *fit, float heigh
 	return (spot->merged ? TILT_OF_SADDLE * saddle * saddle : 0) + TILT_OF_STEP * step;
 }
 
+/* What clipping takes from a spot's height makes its rim steep, and the pixel grid tells less of a
+ * steep rim. Its width follows from how much the spot lacks to a sharp disc. */
+static float clipped_floor_px(const struct spot *spot)
+{
+	float height = (float)(spot->peak - spot->level), area = (float)spot->area_px2;
+	float rim = at_least((area - (float)spot->w / height) / sqrtf(12.566f * area), RIM_MIN_PX);
+
+	return SIGMA_RIM_PX / (rim * rim);
+}
+
 void spot_prepare(const struct spot *spot, const struct spot_scene *scene, float clear_px,
 		  struct fit *out)
 {
-	float height;
+	float height, electrons = (float)scene->settings->electrons_per_grey;
 	struct shape shape;
 
 	out->x_px = (float)spot->x0 + (float)spot->wx / (float)spot->w;
@@ -248,11 +261,14 @@ void spot_prepare(const struct spot *spot, const struct spot_scene *scene, float
 	out->clear_px = clear_px;
 	find_background(spot, scene, out);
 	out->kernel.noise_variance = noise_variance_at(scene, out->background.value);
-	out->kernel.electrons_per_grey = (float)scene->settings->electrons_per_grey;
 	height = (float)spot->peak - out->background.value;
+	out->kernel.electrons_per_grey = electrons / (1 + electrons * PIXEL_GAIN * PIXEL_GAIN *
+								  RIM_HEIGHT * at_least(height, 0));
 	find_shape(spot, out->background.value, &shape);
 	out->tilt_px = sqrtf(0.5f * (shape.xx + shape.yy)) *
 		       tilt_of(spot, out, height, grey_unit(scene->image));
+	out->floor_px =
+		spot->peak == grey_white(scene->image) ? clipped_floor_px(spot) : SIGMA_FLOOR_PX;
 	out->shape_px2[0] = shape.xx;
 	out->shape_px2[1] = shape.xy;
 	out->shape_px2[2] = shape.yy;
@@ -306,7 +322,7 @@ bool spot_finish(const struct spot *spot, const struct spot_scene *scene, struct
 		 struct blob *out)
 {
 	int flags = flags_of(spot, scene->image);
-	float floor_px = flags & BLOB_SATURATED ? SIGMA_FLOOR_SATURATED_PX : SIGMA_FLOOR_PX;
+	float floor_px = fit->floor_px;
 
 	if (spot->area_px2 > scene->settings->area_max_px || is_glow(spot, scene, fit) ||
 	    (spot->area_px2 < scene->settings->area_min_px && is_hot(spot, scene, fit)))

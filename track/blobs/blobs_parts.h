@@ -253,6 +253,7 @@ struct fit {
 	float surround; /* grey value that a spot must stand out of, on its brightest side */
 	float contrast; /* of opposite sides, grey values, where the map was too coarse */
 	float tilt_px;  /* what a rim or a merged neighbour may pull the centroid by */
+	float floor_px; /* of its sigma, whatever the noise */
 	float x_px, y_px, variance;
 	float shape_px2[3];      /* second central moments, xx xy yy */
 	float dx, dy;            /* the last step */
