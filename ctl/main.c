@@ -22,6 +22,8 @@ static const struct verb verbs[] = {
 	{"camera mask", "NAME|ADDRESS", "Shows, finds or clears where spots do not count",
 	 verb_camera_mask},
 	{"camera noise", "NAME|ADDRESS", "Measures a camera's noise model", verb_camera_noise},
+	{"trigger list", "", "Lists the GPIO chips and USB adapters that can be seen now",
+	 verb_trigger_list},
 	{"stream tap", "", "Subscribes to the running station and prints every shot",
 	 verb_stream_tap},
 	{"calibrate board", "", "Makes a PDF of a calibration board, true to scale",

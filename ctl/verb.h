@@ -22,6 +22,7 @@ int verb_camera_preview(const struct verb *verb, int argc, char **argv);
 int verb_camera_mask(const struct verb *verb, int argc, char **argv);
 int verb_camera_noise(const struct verb *verb, int argc, char **argv);
 int verb_calibrate_actor(const struct verb *verb, int argc, char **argv);
+int verb_trigger_list(const struct verb *verb, int argc, char **argv);
 int verb_stream_tap(const struct verb *verb, int argc, char **argv);
 int verb_config_check(const struct verb *verb, int argc, char **argv);
 int verb_doctor(const struct verb *verb, int argc, char **argv);

@@ -1,7 +1,7 @@
 /*
  * What a trigger driver is: it fires strobes and exposures by a plan and reports the edge of every
- * shot. open, arm, disarm and close run on the control thread; next runs on the trigger thread,
- * which may not allocate, lock or log.
+ * shot. list, open, arm, disarm and close run on the control thread; next runs on the trigger
+ * thread, which may not allocate, lock or log.
  */
 #pragma once
 
@@ -45,6 +45,15 @@ struct edge {
 	uint32_t events;        /* bits of enum pulse_event */
 };
 
+/* A device that can fire a stage. */
+struct trigger_info {
+	char address[128]; /* driver:rest, to which the config adds lines */
+	char device[160];  /* what it is, and what keeps it from being used */
+	char lines[600];   /* that can be wired, as far as there is room; "" when nobody can tell */
+};
+
+typedef void trigger_found_fn(const struct trigger_info *info, void *user);
+
 struct trigger_driver;
 
 struct trigger {
@@ -54,6 +63,10 @@ struct trigger {
 struct trigger_driver {
 	const char *name;
 	bool reports_edges; /* false: shots are made from the frames' own times (free running) */
+
+	/* Calls `found` for every device it can see now, also one that may not be opened. Returns 0
+	 * or a negative errno with a message. NULL: it has no devices. */
+	int (*list)(trigger_found_fn *found, void *user, struct diag *diag);
 
 	/* Whether an address reads as one and a plan is one that such a device can do, without
 	 * touching it: 0, or -EINVAL with a message. NULL: any is. */

@@ -174,3 +174,57 @@ int gpio_find_line(struct gpio_chip *chip, const char *wanted, uint32_t *offset,
 	*offset = found;
 	return 0;
 }
+
+static void describe_lines(struct gpio_chip *chip, char *out, size_t size)
+{
+	for (uint32_t i = 0; i < line_count(chip); i++) {
+		struct gpio_line_info line;
+		char item[2 * GPIO_NAME_BYTES + 8];
+
+		if (gpio_chip_line(chip, i, &line) < 0 || !*line.name)
+			continue;
+		snprintf(item, sizeof(item), line.used ? "%s (%s)" : "%s", line.name,
+			 *line.user ? line.user : "used");
+		append(out, size, item);
+	}
+	if (!*out && line_count(chip))
+		snprintf(out, size, "0 to %u", line_count(chip) - 1);
+}
+
+static void describe(struct gpio_chip *chip, struct trigger_info *info)
+{
+	const char *label = gpio_chip_label(chip);
+
+	snprintf(info->device, sizeof(info->device), "%.60s, %u lines", label ? label : "",
+		 line_count(chip));
+	describe_lines(chip, info->lines, sizeof(info->lines));
+}
+
+int gpio_list(trigger_found_fn *found, void *user, struct diag *diag)
+{
+	glob_t chips;
+
+	(void)diag;
+	if (glob(gpio_chip_pattern(), 0, NULL, &chips) != 0)
+		memset(&chips, 0, sizeof(chips));
+	for (size_t i = 0; i < chips.gl_pathc; i++) {
+		struct trigger_info info = {0};
+		struct gpio_chip *chip;
+		int err = gpio_chip_open(&chip, chips.gl_pathv[i]);
+
+		if (err == -ENODEV || err == -ENOTTY)
+			continue;
+		snprintf(info.address, sizeof(info.address), "gpio:%.100s",
+			 base_name(chips.gl_pathv[i]));
+		if (err)
+			snprintf(info.device, sizeof(info.device), "cannot be opened: %s",
+				 strerror(-err));
+		else
+			describe(chip, &info);
+		found(&info, user);
+		if (!err)
+			gpio_chip_close(chip);
+	}
+	globfree(&chips);
+	return 0;
+}

@@ -6,6 +6,10 @@
 
 #include "base/diag.h"
 #include "drivers/gpio/gpio_lines.h"
+#include "drivers/trigger.h"
+
+/* Every chip, with its lines that have names, or how many there are. Returns 0. */
+int gpio_list(trigger_found_fn *found, void *user, struct diag *diag);
 
 /* A chip by its name (gpiochip0), label (pinctrl-bcm2711) or path. `who` begins every message.
  * Returns 0, -ENODEV, -EACCES or the errno of opening it. */

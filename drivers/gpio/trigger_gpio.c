@@ -8,6 +8,7 @@
 
 #include "base/clock.h"
 #include "base/clock_virtual.h"
+#include "drivers/gpio/gpio_find.h"
 #include "drivers/gpio/trigger_gpio_device.h"
 #include "drivers/trigger_plan.h"
 
@@ -240,6 +241,7 @@ static int gpio_next(struct trigger *base, int64_t timeout_ns, struct edge *out)
 const struct trigger_driver gpio_trigger_driver = {
 	.name = "gpio",
 	.reports_edges = true,
+	.list = gpio_list,
 	.check = gpio_trigger_check,
 	.open = gpio_trigger_open,
 	.close = gpio_trigger_close,

@@ -28,6 +28,17 @@ struct ft232h_write {
 	void *transfer;
 };
 
+/* An adapter that is plugged in. */
+struct ft232h_info {
+	char port[FT232H_NAME_BYTES];   /* as the kernel names it: 1-2.4 */
+	char serial[FT232H_NAME_BYTES]; /* "": it has none, or it cannot be asked */
+	int error;                      /* why it cannot be opened, or 0 */
+};
+
+/* Messages begin with `who`. */
+int ft232h_list(void (*found)(const struct ft232h_info *info, void *user), void *user,
+		const char *who, struct diag *diag);
+
 /* `wanted` is a serial number, a port ("1-2.4"), or "" for the only one there is. Messages begin
  * with `who`. -ENODEV: none such; -EACCES; -EBUSY: another program has it. */
 int ft232h_open(struct ft232h **out, const char *wanted, const char *who, struct diag *diag);

@@ -15,3 +15,14 @@ struct ft232h {
 };
 
 int ft232h_errno(int libusb_error);
+
+/* What is made of every device of FTDI's that is plugged in. */
+struct ft232h_look {
+	/* an adapter; the handle is the callee's, NULL when it cannot be opened */
+	void (*adapter)(void *user, const struct ft232h_info *info, libusb_device_handle *handle);
+	/* another chip, by its name and place */
+	void (*other)(void *user, const char *name);
+	void *user;
+};
+
+int ft232h_look_around(libusb_context *context, const struct ft232h_look *look);

@@ -1,5 +1,5 @@
 /*
- * Finds the adapter that is meant among all that is plugged in, takes it from the kernel's
+ * Chooses the adapter that is meant among all that is plugged in, takes it from the kernel's
  * serial driver, and says what is wrong when it cannot be had.
  */
 #include <errno.h>
@@ -8,11 +8,7 @@
 
 #include "drivers/usb/ft232h_device.h"
 
-#define VENDOR 0x0403
-#define PRODUCT 0x6014
-#define RELEASE 0x0900
 #define INTERFACE 0
-#define PORTS_MAX 7
 #define LISTED_BYTES 256
 
 /* What a look at all devices found. */
@@ -33,80 +29,31 @@ static void append(char *list, const char *name)
 	snprintf(list + used, LISTED_BYTES - used, "%s%s", used ? ", " : "", name);
 }
 
-/* As the kernel names it: 1-2.4 */
-static void port_name(libusb_device *device, char *name)
+static void note_other(void *user, const char *name)
 {
-	uint8_t ports[PORTS_MAX];
-	int count = libusb_get_port_numbers(device, ports, PORTS_MAX);
-	int used = snprintf(name, FT232H_NAME_BYTES, "%d", libusb_get_bus_number(device));
+	struct search *search = user;
 
-	for (int i = 0; i < count; i++)
-		used += snprintf(name + used, (size_t)(FT232H_NAME_BYTES - used), "%c%d",
-				 i ? '.' : '-', ports[i]);
+	append(search->others, name);
 }
 
-static void note_other(struct search *search, libusb_device *device, uint16_t product)
+static void note_adapter(void *user, const struct ft232h_info *info, libusb_device_handle *handle)
 {
-	char port[FT232H_NAME_BYTES], text[2 * FT232H_NAME_BYTES];
-	const char *kind = product == 0x6001   ? "FT232R"
-			   : product == 0x6010 ? "FT2232"
-			   : product == 0x6011 ? "FT4232"
-			   : product == 0x6015 ? "FT-X"
-					       : "FTDI device";
-
-	port_name(device, port);
-	snprintf(text, sizeof(text), "%s (0403:%04x) at %s", kind, product, port);
-	append(search->others, text);
-}
-
-static void look_at_adapter(struct search *search, libusb_device *device,
-			    const struct libusb_device_descriptor *about)
-{
-	char port[FT232H_NAME_BYTES], serial[FT232H_NAME_BYTES] = "";
-	libusb_device_handle *handle = NULL;
+	struct search *search = user;
 
 	search->adapters++;
-	port_name(device, port);
-	int err = libusb_open(device, &handle);
-
-	if (!err && about->iSerialNumber &&
-	    libusb_get_string_descriptor_ascii(handle, about->iSerialNumber,
-					       (unsigned char *)serial, sizeof(serial)) < 0)
-		serial[0] = 0;
-	if (err) {
-		snprintf(search->closed, sizeof(search->closed), "%s", port);
-		search->closed_error = ft232h_errno(err);
+	if (info->error) {
+		snprintf(search->closed, sizeof(search->closed), "%s", info->port);
+		search->closed_error = info->error;
 	}
-	append(search->listed, serial[0] ? serial : port);
-	bool meant = !search->wanted[0] || strcmp(search->wanted, port) == 0 ||
-		     (serial[0] && strcmp(search->wanted, serial) == 0);
+	append(search->listed, info->serial[0] ? info->serial : info->port);
+	bool meant = !search->wanted[0] || strcmp(search->wanted, info->port) == 0 ||
+		     (info->serial[0] && strcmp(search->wanted, info->serial) == 0);
 
 	search->matches += meant;
 	if (handle && meant && !search->handle)
 		search->handle = handle;
 	else if (handle)
 		libusb_close(handle);
-}
-
-static int look_around(libusb_context *context, struct search *search)
-{
-	libusb_device **devices;
-	ssize_t count = libusb_get_device_list(context, &devices);
-
-	if (count < 0)
-		return ft232h_errno((int)count);
-	for (ssize_t i = 0; i < count; i++) {
-		struct libusb_device_descriptor about;
-
-		if (libusb_get_device_descriptor(devices[i], &about) || about.idVendor != VENDOR)
-			continue;
-		if (about.idProduct == PRODUCT && about.bcdDevice == RELEASE)
-			look_at_adapter(search, devices[i], &about);
-		else
-			note_other(search, devices[i], about.idProduct);
-	}
-	libusb_free_device_list(devices, 1);
-	return 0;
 }
 
 /* Why it is not there, in the order of what helps most. */
@@ -205,11 +152,12 @@ void ft232h_close(struct ft232h *adapter)
 int ft232h_open(struct ft232h **out, const char *wanted, const char *who, struct diag *diag)
 {
 	struct search search = {.wanted = wanted};
+	const struct ft232h_look look = {note_adapter, note_other, &search};
 	struct ft232h *adapter = calloc(1, sizeof(*adapter));
 	int err = adapter ? libusb_init(&adapter->context) : LIBUSB_ERROR_NO_MEM;
 
 	if (!err)
-		err = look_around(adapter->context, &search);
+		err = ft232h_look_around(adapter->context, &look);
 	if (err) {
 		err = ft232h_errno(err);
 		diag_add(diag, "%s: no USB on this machine: %s", who, strerror(-err));

@@ -66,6 +66,31 @@ static void name(char who[WHO_BYTES], const char *rest)
 		 rest);
 }
 
+struct listener {
+	trigger_found_fn *found;
+	void *user;
+};
+
+static void tell_adapter(const struct ft232h_info *adapter, void *user)
+{
+	const struct listener *listener = user;
+	struct trigger_info info = {.lines = "D0 to D7"};
+
+	snprintf(info.address, sizeof(info.address), "usb:%s",
+		 adapter->serial[0] ? adapter->serial : adapter->port);
+	snprintf(info.device, sizeof(info.device), "FT232H at %s%s%s", adapter->port,
+		 adapter->error ? ", cannot be opened: " : "",
+		 adapter->error ? strerror(-adapter->error) : "");
+	listener->found(&info, listener->user);
+}
+
+static int usb_list(trigger_found_fn *found, void *user, struct diag *diag)
+{
+	struct listener listener = {found, user};
+
+	return ft232h_list(tell_adapter, &listener, "trigger usb", diag);
+}
+
 /* A plan is asked about the packets of a high-speed port, the largest. */
 static int usb_check(const char *rest, const struct trigger_plan *plan, struct diag *diag)
 {
@@ -209,6 +234,7 @@ static int usb_next(struct trigger *base, int64_t timeout_ns, struct edge *out)
 const struct trigger_driver usb_trigger_driver = {
 	.name = "usb",
 	.reports_edges = true,
+	.list = usb_list,
 	.check = usb_check,
 	.open = usb_open,
 	.close = usb_close,

@@ -9,6 +9,7 @@
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -86,6 +87,36 @@ static void an_address_that_does_not_work_is_refused_with_a_reason(void **state)
 	assert_ptr_equal(none, (struct trigger *)1);
 	assert_int_equal(diag.count, 1);
 	diag_finish(&diag);
+}
+
+struct looked_for {
+	char name[64]; /* of the device, in the address */
+	int found;
+};
+
+static void note(const struct trigger_info *info, void *user)
+{
+	struct looked_for *device = user;
+	size_t length = strlen(contract->driver->name);
+
+	assert_memory_equal(info->address, contract->driver->name, length);
+	assert_int_equal(info->address[length], ':');
+	device->found += strstr(info->address, device->name) || strstr(info->device, device->name);
+}
+
+static void a_device_that_is_there_is_listed(void **state)
+{
+	struct looked_for device = {0};
+	struct diag diag = {0};
+
+	(void)state;
+	if (!contract->driver->list)
+		return; /* it has no devices */
+	snprintf(device.name, sizeof(device.name), "%.*s", (int)strcspn(contract->rest, ","),
+		 contract->rest);
+	assert_int_equal(contract->driver->list(note, &device, &diag), 0);
+	assert_int_equal(device.found, 1);
+	assert_int_equal(diag.count, 0);
 }
 
 static void closing_nothing_is_harmless(void **state)
@@ -199,6 +230,7 @@ int trigger_contract_run(const struct trigger_contract *driver_contract)
 #define OPEN(name) cmocka_unit_test_setup_teardown(name, open_trigger, close_trigger)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(an_address_that_does_not_work_is_refused_with_a_reason),
+		cmocka_unit_test(a_device_that_is_there_is_listed),
 		cmocka_unit_test(closing_nothing_is_harmless),
 		OPEN(all_is_dark_before_it_is_armed),
 		OPEN(a_plan_that_would_overheat_is_refused_with_a_reason),

@@ -255,6 +255,20 @@ def test_bad_lines_and_chips_end_with_one_line_that_says_what_to_do(gpio_start, 
     assert station.process.returncode == 4 and "no GPIO chip gpiochip0" in said
 
 
+def test_chips_are_listed_with_their_lines_and_who_has_them(gpio_start, chip, tmp_path):
+    def list_triggers(*options):
+        return subprocess.run([os.environ["STAGECTL_FAKE_GPIO"], "trigger", "list", *options],
+                              capture_output=True, text=True, check=True, timeout=10,
+                              env={**os.environ, "FAKE_GPIO_DIR": str(tmp_path / "chips")}).stdout
+
+    free = json.loads(list_triggers("--json"))["triggers"]
+    ours = next(one for one in free if one["address"] == "gpio:gpiochip0")
+    assert ours["device"] == "fake, 6 lines"
+    assert ours["lines"] == "IR_TRIG, STROBE, HD_TRIG, EXPOSURE, SYNC_IN"
+    gpio_start()
+    assert "IR_TRIG (stage trigger), STROBE (stage trigger)" in list_triggers()
+
+
 @pytest.fixture
 def doctor(gpio_config, tmp_path, chip):
     """A doctor who measures the light of a stage on the chip's lines."""

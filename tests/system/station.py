@@ -255,8 +255,8 @@ def test_address_is_opened_without_a_station(recording, tmp_path):
 
 def test_every_verb_has_help_and_wrong_usage_is_told():
     assert ctl("--version").returncode == 0
-    for verb in ("status", "camera list", "camera show", "camera preview", "stream tap",
-                 "config check", "process", "sim record"):
+    for verb in ("status", "camera list", "camera show", "camera preview", "trigger list",
+                 "stream tap", "config check", "process", "sim record"):
         told = ctl(*verb.split(), "--help")
         assert told.returncode == 0
         assert f"stagectl {verb}" in told.stdout and "Exit codes" in told.stdout
