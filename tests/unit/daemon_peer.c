@@ -7,7 +7,9 @@
 
 #include <cmocka.h>
 
+#include <errno.h>
 #include <grp.h>
+#include <stdbool.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -79,12 +81,26 @@ static int child_is_recognised(void)
 	return peer_permission_of_socket(&rules, fds[0]) == PERMISSION_COMMAND ? 0 : 2;
 }
 
+/* QEMU, where it emulates one process, takes every option for one number. */
+static bool kernel_tells_groups(void)
+{
+	int fds[2];
+	socklen_t bytes = 0;
+
+	assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, fds), 0);
+	bool tells =
+		getsockopt(fds[0], SOL_SOCKET, SO_PEERGROUPS, NULL, &bytes) == 0 || errno == ERANGE;
+	close(fds[0]);
+	close(fds[1]);
+	return tells;
+}
+
 static void supplementary_groups_count(void **state)
 {
 	int status;
 
 	(void)state;
-	if (geteuid() != 0)
+	if (geteuid() != 0 || !kernel_tells_groups())
 		skip(); /* nobody else may change groups */
 	pid_t child = fork();
 
