@@ -55,13 +55,11 @@ static void count_shot(const struct sim_truth *truth, const struct marker_set *s
 	}
 }
 
-/* Blobs from first_s on, and pictures for so many shots of the press that begins at 14 s. */
-static struct pressed play(uint64_t seed, const char *optics, double first_s, double pictures_s,
+/* Blobs from first_s on, and pictures from pictures_s on. */
+static struct pressed play(struct sim_options options, double first_s, double pictures_s,
 			   double end_s)
 {
 	static struct sim_play stage;
-	struct sim_options options = {
-		.scene = "01-lips-and-lids", .seed = seed, .optics = optics, .rate_hz = 120};
 	struct blob_play as_the_scene_has_it = {0};
 	struct pressed pressed = {0};
 	uint64_t pictures = pictures_s < 1e6 ? (uint64_t)(pictures_s * 120) : UINT64_MAX;
@@ -75,10 +73,17 @@ static struct pressed play(uint64_t seed, const char *optics, double first_s, do
 		count_shot(&stage.truth, &stage.set, &pressed);
 	}
 	sim_play_finish(&stage);
-	print_message("# %s seed %lu: %d pressed, %d right, %d wrong, nees / 3 = %.2f\n", optics,
-		      (unsigned long)seed, pressed.count, pressed.right, pressed.wrong,
-		      pressed.nees / pressed.right / 3);
+	print_message("# %s %s seed %lu: %d pressed, %d right, %d wrong, nees / 3 = %.2f\n",
+		      options.scene, options.optics, (unsigned long)options.seed, pressed.count,
+		      pressed.right, pressed.wrong, pressed.nees / pressed.right / 3);
 	return pressed;
+}
+
+/* The lips are pressed at 9.5 s and 14 s. */
+static struct sim_options press(uint64_t seed, const char *optics)
+{
+	return (struct sim_options){
+		.scene = "01-lips-and-lids", .seed = seed, .optics = optics, .rate_hz = 120};
 }
 
 static const char *const OPTICS[] = {"gaussian", "tailed"};
@@ -87,7 +92,7 @@ static void pressed_lips_keep_their_names(void **state)
 {
 	(void)state;
 	for (uint64_t seed = 101; seed < 105; seed++) {
-		struct pressed p = play(seed, OPTICS[seed % 2], 9.5, INFINITY, 16.5);
+		struct pressed p = play(press(seed, OPTICS[seed % 2]), 9.5, INFINITY, 16.5);
 
 		assert_true(p.count > 500);
 		assert_int_equal(p.wrong, 0);
@@ -100,7 +105,7 @@ static void so_they_do_in_pictures(void **state)
 {
 	(void)state;
 	for (int k = 0; k < 2; k++) {
-		struct pressed p = play(111, OPTICS[k], 9.5, 14.2, 14.5);
+		struct pressed p = play(press(111, OPTICS[k]), 9.5, 14.2, 14.5);
 
 		assert_true(p.count > 100);
 		assert_int_equal(p.wrong, 0);
@@ -109,11 +114,29 @@ static void so_they_do_in_pictures(void **state)
 	}
 }
 
+/* Where two markers are a pixel apart for every camera. */
+static void in_a_room_too(void **state)
+{
+	(void)state;
+	for (int k = 0; k < 2; k++) {
+		struct sim_options room = {.scene = "four-actors",
+					   .seed = 7001,
+					   .optics = OPTICS[k],
+					   .face_speed_m_s = 0.8};
+		struct pressed p = play(room, 0, INFINITY, 2.3);
+
+		assert_true(p.count > 1000);
+		assert_int_equal(p.wrong, 0);
+		assert_true(p.right >= 0.98 * p.count);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(pressed_lips_keep_their_names),
 		cmocka_unit_test(so_they_do_in_pictures),
+		cmocka_unit_test(in_a_room_too),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

@@ -12,9 +12,29 @@
 #include "track/match/match_parts.h"
 #include "track/match/sight_index.h"
 
+#define PART_FROM_PX 0.2 /* the sigma of a part */
+
 double match_sigma_px(const struct matcher *m, uint32_t camera, const struct blob *blob)
 {
 	return sqrt((double)blob->sigma_px * blob->sigma_px + m->camera_variance_px2[camera]);
+}
+
+/* Among parts of merged spots the only plain one is no surer than they are: it may be another's,
+ * and nothing else is exact enough to tell. */
+static void level_among_parts(struct sighting *sightings, int count)
+{
+	int plain = -1, part_count = 0;
+	double sigma_px = INFINITY;
+
+	for (int i = 0; i < count; i++)
+		if (sightings[i].flags & BLOB_MERGED && sightings[i].sigma_px > PART_FROM_PX) {
+			part_count++;
+			sigma_px = fmin(sigma_px, sightings[i].sigma_px);
+		} else {
+			plain = i;
+		}
+	if (part_count >= 3 && part_count == count - 1)
+		sightings[plain].sigma_px = sigma_px;
 }
 
 bool point_from_choice(const struct matcher *m, const struct choice *choice, struct point *out)
@@ -35,6 +55,7 @@ bool point_from_choice(const struct matcher *m, const struct choice *choice, str
 					  choice->seed >= 0 ? &m->seen[c][choice->seed] : NULL};
 		camera_of[count++] = (int)c;
 	}
+	level_among_parts(sightings, count);
 	if (count < 2 || triangulate(sightings, count, &choice->guess_stage_m, &fix))
 		return false;
 	out->fix = fix;

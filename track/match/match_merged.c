@@ -29,18 +29,6 @@ struct merged {
 	int16_t seed[NEAR_MAX];
 };
 
-enum merge {
-	MERGE_NONE,
-	MERGE_PARTED,
-	MERGE_VAGUE, /* it is somewhere between the two */
-};
-
-struct parting {
-	double cost_px2;
-	double part_px[2][2];
-	double sigma_px;
-};
-
 static bool is_long(const struct blob *blob)
 {
 	double xx = blob->shape_px2[0], xy = blob->shape_px2[1], yy = blob->shape_px2[2];
@@ -66,9 +54,8 @@ static void find_expected(const struct matcher *m, uint32_t c, struct merged *me
 			merged->seed[merged->count++] = (int16_t)i;
 }
 
-/* The second one's share of the light, from when either was alone; false when that is not known. */
-static bool share_of(const struct label_state *labels, const struct matcher *m, uint32_t c,
-		     const int16_t seed[2], double *share)
+bool merged_share(const struct label_state *labels, const struct matcher *m, uint32_t c,
+		  const int16_t seed[2], double *share)
 {
 	double one = labels[m->seeds[seed[0]].label].peak[c];
 	double other = labels[m->seeds[seed[1]].label].peak[c];
@@ -76,6 +63,29 @@ static bool share_of(const struct label_state *labels, const struct matcher *m, 
 
 	*share = known ? fmin(fmax(other / (one + other), SHARE_MIN), 1 - SHARE_MIN) : 0.5;
 	return known;
+}
+
+double merged_excess_px2(double longer_px2)
+{
+	return TAIL_GAIN * longer_px2;
+}
+
+double merged_sigma_px(bool share_known)
+{
+	return share_known ? PART_SIGMA_PX : BLIND_SIGMA_PX;
+}
+
+void merged_place(const struct blob *blob, const double along[2], double apart_px, double share,
+		  struct parting *out)
+{
+	double middle_px = -PULL * (share - 0.5) * apart_px;
+
+	for (int i = 0; i < 2; i++) {
+		double at_px = middle_px + (i ? 0.5 : -0.5) * apart_px;
+
+		out->part_px[i][0] = blob->x_px + at_px * along[0];
+		out->part_px[i][1] = blob->y_px + at_px * along[1];
+	}
 }
 
 /* Another spot lies nearer to where a marker is expected than its part of this one. */
@@ -100,21 +110,18 @@ static bool part_between(const struct matcher *m, uint32_t c, const struct label
 	double along[2] = {cos(merged->axes.angle_rad), sin(merged->axes.angle_rad)};
 	double line[2] = {other_px[0] - one_px[0], other_px[1] - one_px[1]};
 	double projected_px = line[0] * along[0] + line[1] * along[1], share;
-	bool known = share_of(labels, m, c, seed, &share);
-	double excess_px2 = TAIL_GAIN * (merged->axes.major_px2 - merged->axes.minor_px2);
+	bool known = merged_share(labels, m, c, seed, &share);
+	double excess_px2 = merged_excess_px2(merged->axes.major_px2 - merged->axes.minor_px2);
 	double apart_px = copysign(sqrt(excess_px2 / (share * (1 - share))), projected_px);
-	double middle_px = -PULL * (share - 0.5) * apart_px;
 
 	if (fabs(projected_px) < ALONG_COSINE * hypot(line[0], line[1]))
 		return false;
 	out->cost_px2 = 0;
-	out->sigma_px = known ? PART_SIGMA_PX : BLIND_SIGMA_PX;
+	out->sigma_px = merged_sigma_px(known);
+	merged_place(merged->blob, along, apart_px, share, out);
 	for (int i = 0; i < 2; i++) {
 		const double *expected_px = i ? other_px : one_px;
-		double at_px = middle_px + (i ? 0.5 : -0.5) * apart_px;
 
-		out->part_px[i][0] = merged->blob->x_px + at_px * along[0];
-		out->part_px[i][1] = merged->blob->y_px + at_px * along[1];
 		double off2_px2 = distance2_px2(out->part_px[i], expected_px);
 		if (off2_px2 > PART_OFF_PX * PART_OFF_PX ||
 		    has_own_spot(&m->cameras[c], merged->blob, expected_px, off2_px2))
@@ -179,44 +186,82 @@ static struct blob part_of(const struct blob *blob, const struct parting *partin
 	return part;
 }
 
-/* The camera's blobs with the merged ones parted; returns how many there are, 0 when none is. */
-static int part_blobs(const struct matcher *m, uint32_t c, const struct label_state *labels,
-		      struct blob *out)
+/* A camera's blobs while some of them are parted: a copy, once there is any. */
+struct parted {
+	const struct sight_index *camera;
+	struct blob *blobs;
+	int count; /* 0: none is parted yet */
+	bool done[BLOB_MAX];
+};
+
+static struct blob *write_to(struct parted *parted, int blob)
 {
-	const struct sight_index *camera = &m->cameras[c];
-	int count = camera->blob_count;
-	bool any = false;
-
-	for (int k = 0; k < camera->blob_count && count < BLOB_MAX; k++) {
-		struct parting parting;
-		enum merge merge = find_parting(m, c, labels, &camera->blobs[k], &parting);
-
-		if (merge == MERGE_NONE)
-			continue;
-		if (!any)
-			memcpy(out, camera->blobs, (size_t)camera->blob_count * sizeof(*out));
-		any = true;
-		if (merge == MERGE_VAGUE) {
-			out[k].sigma_px = hypotf(out[k].sigma_px, (float)parting.sigma_px);
-			out[k].flags |= BLOB_MERGED;
-			continue;
-		}
-		out[k] = part_of(&camera->blobs[k], &parting, 0);
-		out[count++] = part_of(&camera->blobs[k], &parting, 1);
+	if (parted->count == 0) {
+		parted->count = parted->camera->blob_count;
+		memcpy(parted->blobs, parted->camera->blobs,
+		       (size_t)parted->count * sizeof(*parted->blobs));
 	}
-	return any ? count : 0;
+	parted->done[blob] = true;
+	return &parted->blobs[blob];
+}
+
+/* A spot is parted once: what is known first of it holds. */
+static void take_merge(struct parted *parted, int blob, enum merge merge,
+		       const struct parting *parting)
+{
+	if (merge == MERGE_NONE || parted->done[blob])
+		return;
+	struct blob *one = write_to(parted, blob);
+
+	if (merge == MERGE_VAGUE || parted->count == BLOB_MAX) {
+		one->sigma_px = hypotf(one->sigma_px, (float)parting->sigma_px);
+		one->flags |= BLOB_MERGED;
+		return;
+	}
+	parted->blobs[parted->count++] = part_of(&parted->camera->blobs[blob], parting, 1);
+	*one = part_of(&parted->camera->blobs[blob], parting, 0);
+}
+
+static void part_pressed(const struct matcher *m, uint32_t c, const struct label_state *labels,
+			 const struct pressed *pressed, int count, struct parted *parted)
+{
+	for (int i = 0; i < count; i++) {
+		struct parting parting;
+		int blob = BLOB_NONE;
+		enum merge merge = pressed_part(m, c, labels, &pressed[i], &blob, &parting);
+
+		take_merge(parted, blob, merge, &parting);
+	}
+}
+
+static void part_long(const struct matcher *m, uint32_t c, const struct label_state *labels,
+		      struct parted *parted)
+{
+	for (int k = 0; k < parted->camera->blob_count; k++) {
+		struct parting parting;
+
+		if (!parted->done[k])
+			take_merge(parted, k,
+				   find_parting(m, c, labels, &parted->camera->blobs[k], &parting),
+				   &parting);
+	}
 }
 
 void match_part_merged(struct matcher *m, const struct label_state *labels)
 {
+	struct pressed pressed[PRESSED_MAX];
+	int pressed_count = pressed_find(m, labels, pressed);
+
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		struct sight_index *camera = &m->cameras[c];
+		struct parted parted = {.camera = camera, .blobs = m->parted[c]};
 
 		if (!camera->view)
 			continue;
-		int count = part_blobs(m, c, labels, m->parted[c]);
-		if (count)
-			sight_index_build(camera, camera->view, m->parted[c], count);
+		part_pressed(m, c, labels, pressed, pressed_count, &parted);
+		part_long(m, c, labels, &parted);
+		if (parted.count)
+			sight_index_build(camera, camera->view, m->parted[c], parted.count);
 	}
 }
 

@@ -40,3 +40,47 @@ void claim(struct matcher *matcher, const struct point *point);
 /* Where camera c sees p, which is near the seed that was projected as `index`; -1: near none. */
 bool project_near(const struct matcher *matcher, uint32_t c, struct vec3 p, int index,
 		  double pixel[2]);
+
+enum merge {
+	MERGE_NONE,
+	MERGE_PARTED,
+	MERGE_VAGUE, /* it is somewhere between the two */
+};
+
+/* A spot that is two markers. */
+struct parting {
+	double cost_px2;
+	double part_px[2][2];
+	double sigma_px;
+};
+
+/* The second one's share of the light, from when either was alone; false when that is not known. */
+bool merged_share(const struct label_state *labels, const struct matcher *matcher, uint32_t c,
+		  const int16_t seed[2], double *share);
+
+/* Share times the rest times the square of how far the two are apart, of a spot whose spread along
+ * their line is larger by so much than across. */
+double merged_excess_px2(double longer_px2);
+
+/* The parts of a spot whose markers are so far apart along a direction. */
+void merged_place(const struct blob *blob, const double along[2], double apart_px, double share,
+		  struct parting *out);
+
+double merged_sigma_px(bool share_known);
+
+#define PRESSED_MAX 64
+
+/* Lips or lids that meet: two labels' seeds, the upper's first, and the way from it to the other.
+ */
+struct pressed {
+	int16_t seed[2];
+	struct vec3 apart_m;
+};
+
+/* Finds those that are one spot in some cameras; returns how many, up to PRESSED_MAX. */
+int pressed_find(const struct matcher *matcher, const struct label_state *labels,
+		 struct pressed *out);
+
+/* What the camera sees of the two: their spot with its parts, or with how vague it is. */
+enum merge pressed_part(const struct matcher *matcher, uint32_t c, const struct label_state *labels,
+			const struct pressed *pressed, int *blob, struct parting *out);

@@ -1,0 +1,209 @@
+/*
+ * Lips and lids that meet: an upper marker and the one across below it, whose light runs into one
+ * spot in most cameras. From one to the other it is as far for all of them, so that their spots
+ * together tell it, where each one's is too short to be told from a disc seen obliquely.
+ */
+#include "track/match/match_parts.h"
+#include "track/match/sight_index.h"
+#include "track/match/triangulate_parts.h"
+
+#define NEAR_M 0.006      /* so far apart at most are they expected */
+#define LINE_MIN_PX 0.7   /* ... and at least, in a camera that may tell */
+#define OFF_SHARE 0.4     /* of that: so far from the middle is their spot, and ... */
+#define OFF_PX 0.8        /* ... so much more, as neither is expected exactly */
+#define CAMERA_LEAST 2    /* that tell */
+#define SPREAD_LEAST 0.45 /* of what was expected: one marker alone, seen obliquely, has less */
+#define SPREAD_MOST 2.5   /* ... more is not these two */
+#define SPREAD_SHARE 0.5  /* of the median: a camera with less sees one of them */
+#define SPREAD_SIGMA_PX2 0.2
+#define EXPECTED_SIGMA_M 0.0008 /* of the way from one to the other */
+#define ROBUST_SIGMAS 2.0
+#define VAGUE_SHARE 0.5 /* of the line: a spot that may be either one or both */
+#define ROUNDS 4
+
+/* One camera's spot of the two. */
+struct pressed_spot {
+	int blob;
+	bool share_known;
+	double share;
+	double line[2], line_px; /* from the first to the second */
+	double longer_px2[2];    /* xx - yy and 2 xy of what its spread says of the line */
+	double ratio;            /* of that along the line, over what was expected */
+};
+
+static double project_slope(const struct projection *q, int axis, struct vec3 d)
+{
+	const double *slope = q->slopes[axis];
+
+	return slope[0] * d.x + slope[1] * d.y + slope[2] * d.z;
+}
+
+/* Their one spot, if the camera has no better one for either. */
+static int blob_of_both(const struct matcher *m, uint32_t c, const int16_t seed[2], double line_px)
+{
+	const struct sight_index *camera = &m->cameras[c];
+	const double *one_px = m->seen[c][seed[0]].pixel, *other_px = m->seen[c][seed[1]].pixel;
+	double middle_px[2] = {(one_px[0] + other_px[0]) / 2, (one_px[1] + other_px[1]) / 2};
+	double reach_px = OFF_SHARE * line_px + OFF_PX;
+	int blob = sight_index_nearest(camera, middle_px, reach_px);
+
+	if (blob == BLOB_NONE || sight_index_nearest(camera, one_px, reach_px) !=
+					 sight_index_nearest(camera, other_px, reach_px))
+		return BLOB_NONE;
+	return camera->blobs[blob].flags & BLOB_EDGE ? BLOB_NONE : blob;
+}
+
+/* False when the camera does not have both in one spot. */
+static bool find_spot(const struct matcher *m, uint32_t c, const struct label_state *labels,
+		      const struct pressed *pressed, struct pressed_spot *out)
+{
+	const int16_t *seed = pressed->seed;
+
+	if (!m->cameras[c].view || !m->in_sight[c][seed[0]] || !m->in_sight[c][seed[1]])
+		return false;
+	for (int k = 0; k < 2; k++)
+		out->line[k] = project_slope(&m->seen[c][seed[0]], k, pressed->apart_m);
+	double x = out->line[0], y = out->line[1], line2_px2 = x * x + y * y;
+	out->line_px = sqrt(line2_px2);
+	out->blob = blob_of_both(m, c, seed, out->line_px);
+	if (out->blob == BLOB_NONE)
+		return false;
+	const float *shape_px2 = m->cameras[c].blobs[out->blob].shape_px2;
+	out->share_known = merged_share(labels, m, c, seed, &out->share);
+	double light = out->share * (1 - out->share);
+	out->longer_px2[0] = merged_excess_px2(shape_px2[0] - shape_px2[2]) / light;
+	out->longer_px2[1] = merged_excess_px2(2 * shape_px2[1]) / light;
+	out->ratio = ((x * x - y * y) * out->longer_px2[0] + 2 * x * y * out->longer_px2[1]) /
+		     (line2_px2 * line2_px2);
+	return shape_px2[0] > 0;
+}
+
+static double median(double *values, int count)
+{
+	for (int i = 1; i < count; i++)
+		for (int k = i; k > 0 && values[k] < values[k - 1]; k--) {
+			double swapped = values[k];
+
+			values[k] = values[k - 1];
+			values[k - 1] = swapped;
+		}
+	return count % 2 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
+}
+
+static void add_equation(double normal[6], struct vec3 *right, double error, struct vec3 slope,
+			 double weight)
+{
+	*right = vec3_add(*right, vec3_scale(slope, weight * error));
+	sym3_add(normal,
+		 (double[]){slope.x * slope.x, slope.x * slope.y, slope.x * slope.z,
+			    slope.y * slope.y, slope.y * slope.z, slope.z * slope.z},
+		 weight);
+}
+
+/* What one spot says of the line: x^2 - y^2 and 2 x y, as its spread has no direction. A spot that
+ * says much else is another marker's too (Geman-McClure). */
+static void add_spot(const struct matcher *m, uint32_t c, const struct pressed *pressed,
+		     const struct pressed_spot *spot, double normal[6], struct vec3 *right)
+{
+	const struct projection *q = &m->seen[c][pressed->seed[0]];
+	struct vec3 jx = {q->slopes[0][0], q->slopes[0][1], q->slopes[0][2]};
+	struct vec3 jy = {q->slopes[1][0], q->slopes[1][1], q->slopes[1][2]};
+	double x = vec3_dot(jx, pressed->apart_m), y = vec3_dot(jy, pressed->apart_m);
+	double off[2] = {spot->longer_px2[0] - (x * x - y * y), spot->longer_px2[1] - 2 * x * y};
+	double sigma_px2 = SPREAD_SIGMA_PX2 / (spot->share * (1 - spot->share));
+	double far = hypot(off[0], off[1]) / (ROBUST_SIGMAS * sigma_px2);
+	double weight = 1 / (sigma_px2 * (1 + far * far));
+
+	add_equation(normal, right, off[0], vec3_sub(vec3_scale(jx, 2 * x), vec3_scale(jy, 2 * y)),
+		     weight * weight);
+	add_equation(normal, right, off[1], vec3_add(vec3_scale(jx, 2 * y), vec3_scale(jy, 2 * x)),
+		     weight * weight);
+}
+
+struct pressed_spots {
+	int count;
+	uint32_t camera[CAMERA_MAX];
+	struct pressed_spot spot[CAMERA_MAX];
+};
+
+/* Gauss-Newton from where they were expected, and leaning on that. */
+static bool solve_apart(const struct matcher *m, const struct pressed_spots *spots,
+			struct pressed *pressed)
+{
+	const double prior = 1 / (EXPECTED_SIGMA_M * EXPECTED_SIGMA_M);
+	struct vec3 expected_m = pressed->apart_m;
+
+	for (int round = 0; round < ROUNDS; round++) {
+		double normal[6] = {prior, 0, 0, prior, 0, prior}, inverse[6], determinant;
+		struct vec3 right = vec3_scale(vec3_sub(expected_m, pressed->apart_m), prior);
+
+		for (int i = 0; i < spots->count; i++)
+			add_spot(m, spots->camera[i], pressed, &spots->spot[i], normal, &right);
+		if (!sym3_invert(normal, inverse, &determinant))
+			return false;
+		pressed->apart_m = vec3_add(pressed->apart_m, sym3_apply(inverse, right));
+	}
+	return true;
+}
+
+/* How far apart the two are; false when no spot is both, or it is one alone. */
+static bool find_apart(const struct matcher *m, const struct label_state *labels,
+		       struct pressed *pressed)
+{
+	struct pressed_spots spots = {.count = 0};
+	double ratios[CAMERA_MAX];
+	int kept = 0;
+
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		if (!find_spot(m, c, labels, pressed, &spots.spot[spots.count]) ||
+		    spots.spot[spots.count].line_px < LINE_MIN_PX)
+			continue;
+		ratios[spots.count] = spots.spot[spots.count].ratio;
+		spots.camera[spots.count++] = c;
+	}
+	if (spots.count < CAMERA_LEAST)
+		return false;
+	double ratio = median(ratios, spots.count);
+	for (int i = 0; i < spots.count; i++)
+		if (spots.spot[i].ratio > SPREAD_SHARE * ratio) {
+			spots.camera[kept] = spots.camera[i];
+			spots.spot[kept++] = spots.spot[i];
+		}
+	spots.count = kept;
+	return ratio > SPREAD_LEAST && ratio < SPREAD_MOST && solve_apart(m, &spots, pressed);
+}
+
+int pressed_find(const struct matcher *m, const struct label_state *labels, struct pressed *out)
+{
+	int count = 0;
+
+	for (int i = 0; i < m->seed_count && count < PRESSED_MAX; i++) {
+		int label = m->seeds[i].label;
+		int below = label == LABEL_NONE ? LABEL_NONE : labels[label].below;
+		int other = below == LABEL_NONE ? -1 : m->seed_of_label[below];
+
+		if (other < 0 || !labels[label].confirmed || !labels[below].confirmed)
+			continue;
+		struct vec3 apart_m = vec3_sub(m->seed_stage_m[other], m->seed_stage_m[i]);
+		out[count] = (struct pressed){{(int16_t)i, (int16_t)other}, apart_m};
+		count += vec3_norm(apart_m) < NEAR_M && find_apart(m, labels, &out[count]);
+	}
+	return count;
+}
+
+enum merge pressed_part(const struct matcher *m, uint32_t c, const struct label_state *labels,
+			const struct pressed *pressed, int *blob, struct parting *out)
+{
+	struct pressed_spot spot;
+
+	if (!find_spot(m, c, labels, pressed, &spot))
+		return MERGE_NONE;
+	*blob = spot.blob;
+	out->sigma_px = VAGUE_SHARE * spot.line_px;
+	if (spot.ratio < SPREAD_SHARE || spot.line_px < LINE_MIN_PX)
+		return MERGE_VAGUE;
+	double along[2] = {spot.line[0] / spot.line_px, spot.line[1] / spot.line_px};
+	merged_place(&m->cameras[c].blobs[spot.blob], along, spot.line_px, spot.share, out);
+	out->sigma_px = merged_sigma_px(spot.share_known);
+	return MERGE_PARTED;
+}
