@@ -11,9 +11,10 @@
 
 #include "track/match/triangulate_parts.h"
 
-#define SUSPECT_MAX 6                        /* views that may be bad at once are among these ... */
-#define BAD_MAX 3                            /* ... and at most so many */
-#define READING_MAX ((1 << SUSPECT_MAX) + 1) /* the last: boasting */
+#define SUSPECT_MAX 6 /* views that may be bad at once are among these ... */
+#define BAD_MAX 3     /* ... and at most so many */
+/* The last ones: one view is poor, and boasting. */
+#define READING_MAX ((1 << SUSPECT_MAX) + SUSPECT_MAX + 1)
 
 /* Of a bad view, per axis. It is a blob near enough to be chosen, so a pixel off, hardly more; what
  * is farther off says so itself. */
@@ -25,6 +26,10 @@
 #define BAD_SHARE_EDGE 0.2
 #define BAD_SHARE_MERGED 0.3
 
+/* One that is neither good nor bad: a fixed pattern or a reflection in its spot. */
+#define POOR_SPREADS 3.0
+#define POOR_SHARE 0.015
+
 /* How often all sigmas of a point are too small by the same factor. */
 #define BOAST_SHARE 1e-3
 
@@ -35,12 +40,17 @@ struct sums {
 	double e2;
 };
 
+/* What a view is if it is not good. */
+struct fault {
+	double lost;     /* share of its weight that it loses then */
+	double log_odds; /* of it, and of the height of its density then, over being good */
+};
+
 struct suspect {
 	int view;
 	double off;       /* squared sigmas from where all views want the point */
 	struct sums sums; /* its equations */
-	double lost;      /* share of its weight that it loses when it is bad */
-	double log_odds;  /* of being bad, and of the height of its density then, over being good */
+	struct fault bad, poor;
 };
 
 struct reading {
@@ -90,16 +100,25 @@ static double bad_share(uint16_t flags)
 					: BAD_SHARE;
 }
 
+/* Of a share of the views whose variance is so many times that of a good one. */
+static struct fault fault_of(double share, double times)
+{
+	return (struct fault){1 - 1 / times, log(share / (1 - share) / times)};
+}
+
 static struct suspect suspect_of(int view, const struct sighting *sighting,
 				 const struct equation *equation, const struct sums *sums,
 				 struct vec3 all_step)
 {
-	double left_px2 = equation_left_px2(equation, all_step), share = bad_share(sighting->flags);
-	double bad_px2 = 1 / equation->weight + fmax(BAD_SIGMA_PX * BAD_SIGMA_PX, 0.5 * left_px2);
-	double kept = 1 / (bad_px2 * equation->weight);
+	double left_px2 = equation_left_px2(equation, all_step);
+	double bad_px2 = fmax(BAD_SIGMA_PX * BAD_SIGMA_PX, 0.5 * left_px2);
 
-	return (struct suspect){view, equation->weight * left_px2, *sums, 1 - kept,
-				log(share / (1 - share) * kept)};
+	return (struct suspect){
+		.view = view,
+		.off = equation->weight * left_px2,
+		.sums = *sums,
+		.bad = fault_of(bad_share(sighting->flags), 1 + bad_px2 * equation->weight),
+		.poor = fault_of(POOR_SHARE, POOR_SPREADS * POOR_SPREADS)};
 }
 
 /* Keeps the list sorted, the worst first; the least bad one falls off when it is full. */
@@ -117,28 +136,52 @@ static void add_suspect(struct readings *r, const struct suspect *suspect)
 	r->suspects[place] = *suspect;
 }
 
-/* Solves with the suspects of `subset` taken as bad; the reading's weight is the marginal
- * likelihood. */
+static void add_fault(struct reading *reading, struct sums *sums, const struct suspect *suspect,
+		      const struct fault *fault)
+{
+	sums_add(sums, &suspect->sums, -fault->lost);
+	reading->log_weight += fault->log_odds;
+}
+
+/* Solves the reading's sums; its weight is the marginal likelihood. */
+static void solve_reading(struct readings *r, const struct sums *sums)
+{
+	struct reading *reading = &r->list[r->count];
+	double determinant;
+
+	if (!sym3_invert(sums->h, reading->cov_m2, &determinant) || !(determinant > 0))
+		return;
+	reading->step = sym3_apply(reading->cov_m2, sums->g);
+	double chi2 = sums->e2 - vec3_dot(sums->g, reading->step);
+	reading->log_weight -= 0.5 * (log(determinant) + chi2);
+	r->count++;
+}
+
+/* With the suspects of `subset` taken as bad. */
 static void add_reading(struct readings *r, uint32_t subset)
 {
 	struct reading *reading = &r->list[r->count];
 	struct sums sums = r->all_good;
-	double determinant;
 
 	*reading = (struct reading){0};
 	for (uint32_t left = subset; left; left &= left - 1) {
 		const struct suspect *suspect = &r->suspects[__builtin_ctz(left)];
 
-		sums_add(&sums, &suspect->sums, -suspect->lost);
+		add_fault(reading, &sums, suspect, &suspect->bad);
 		reading->bad_mask |= 1u << suspect->view;
-		reading->log_weight += suspect->log_odds;
 	}
-	if (!sym3_invert(sums.h, reading->cov_m2, &determinant) || !(determinant > 0))
-		return;
-	reading->step = sym3_apply(reading->cov_m2, sums.g);
-	double chi2 = sums.e2 - vec3_dot(sums.g, reading->step);
-	reading->log_weight -= 0.5 * (log(determinant) + chi2);
-	r->count++;
+	solve_reading(r, &sums);
+}
+
+/* One view is poor, the others are good: it is used, with a wider sigma. */
+static void add_poor(struct readings *r, const struct suspect *suspect)
+{
+	struct reading *reading = &r->list[r->count];
+	struct sums sums = r->all_good;
+
+	*reading = (struct reading){0};
+	add_fault(reading, &sums, suspect, &suspect->poor);
+	solve_reading(r, &sums);
 }
 
 /* All views are good and all their sigmas are too small: by the factor that explains the errors. */
@@ -221,6 +264,8 @@ int doubt_views(const struct sighting *sightings, const struct equation *equatio
 	for (uint32_t subset = 1; subset < 1u << r.suspect_count; subset++)
 		if (__builtin_popcount(subset) <= BAD_MAX)
 			add_reading(&r, subset);
+	for (int i = 0; i < r.suspect_count; i++)
+		add_poor(&r, &r.suspects[i]);
 	add_boast(&r, count);
 	normalise(&r);
 	average(&r, out);
