@@ -14,6 +14,7 @@
 
 #include "base/clock.h"
 #include "base/exit_codes.h"
+#include "calib/rig/rig_store.h"
 #include "ctl/control_client.h"
 #include "ctl/replay.h"
 
@@ -78,19 +79,28 @@ static void config_path(char path[PATH_MAX], const char *from)
 	snprintf(path, PATH_MAX, is_dir(from) ? "%.*s/stage.yaml" : "%.*s", PATH_MAX - 16, from);
 }
 
-static int open_recording(struct marker_feed *feed, const char *from, struct diag *diag)
+static int check_place(const struct marker_feed *feed, const struct marker_feed_source *source,
+		       struct diag *diag)
+{
+	return source->for_new_rig ? rig_store_check(feed->stage.config.rig_dir, diag) : 0;
+}
+
+static int open_recording(struct marker_feed *feed, const struct marker_feed_source *source,
+			  struct diag *diag)
 {
 	struct replay *replay = NULL;
 	struct marker_set *own = malloc(sizeof(*own));
 	char path[PATH_MAX];
 	int err = own ? 0 : -ENOMEM;
 
-	config_path(path, from);
+	config_path(path, source->from);
 	int code = err ? EXIT_CODE_INTERNAL
 		       : replay_open(&replay, path, NULL, (uint64_t)sysconf(_SC_NPROCESSORS_ONLN),
 				     diag);
 	if (code == EXIT_CODE_OK) {
 		err = stage_load(&feed->stage, path, diag);
+		if (!err)
+			err = check_place(feed, source, diag);
 		if (!err)
 			err = read_shots(feed, replay, own);
 		code = exit_code_of(err, EXIT_CODE_BAD_INPUT);
@@ -199,10 +209,11 @@ static int watch(struct marker_feed *feed, const struct marker_feed_source *sour
 }
 
 /* The station's own files, which must be what it uses. */
-static int load_station(struct marker_feed *feed, const char *socket_dir, struct diag *diag)
+static int load_station(struct marker_feed *feed, const struct marker_feed_source *source,
+			struct diag *diag)
 {
 	json_t *reply;
-	int code = control_ask(&reply, socket_dir, "org.stage.Control.GetStatus", NULL);
+	int code = control_ask(&reply, source->socket_dir, "org.stage.Control.GetStatus", NULL);
 
 	if (code)
 		return code;
@@ -216,9 +227,10 @@ static int load_station(struct marker_feed *feed, const char *socket_dir, struct
 			 "reload first",
 			 feed->stage.config.rig_dir, revision ? revision : "?",
 			 feed->stage.rig.revision);
-		stage_finish(&feed->stage);
 		err = -EINVAL;
 	}
+	if (!err)
+		err = check_place(feed, source, diag);
 	json_decref(reply);
 	return exit_code_of(err, EXIT_CODE_BAD_INPUT);
 }
@@ -230,9 +242,9 @@ int marker_feed_open(struct marker_feed **out, const struct marker_feed_source *
 	int code = EXIT_CODE_INTERNAL;
 
 	if (feed && source->from)
-		code = open_recording(feed, source->from, diag);
+		code = open_recording(feed, source, diag);
 	else if (feed)
-		code = load_station(feed, source->socket_dir, diag);
+		code = load_station(feed, source, diag);
 	if (code == EXIT_CODE_OK && !source->from)
 		code = watch(feed, source);
 	if (code == EXIT_CODE_OK)
@@ -262,6 +274,8 @@ int marker_feed_open_rig(struct marker_feed **out, const char *from, struct diag
 
 	config_path(path, from);
 	int err = feed ? config_load(&feed->stage.config, path, diag) : -ENOMEM;
+	if (!err)
+		err = rig_store_check(feed->stage.config.rig_dir, diag);
 	if (!err)
 		err = load_rig(&feed->stage, diag);
 	if (err)

@@ -183,6 +183,6 @@ int rig_move(struct rig_moved *moved, const char *rig_dir, const struct rig_move
 	if (err)
 		return err;
 	err = move_locked(moved, rig_dir, move, diag);
-	close(lock_fd);
+	rig_store_unlock(lock_fd, rig_dir);
 	return err;
 }

@@ -50,26 +50,104 @@ int rig_store_path(char path[PATH_MAX], const char *rig_dir, const char *name, b
 	return 0;
 }
 
-int rig_store_lock(int *fd, const char *rig_dir, struct diag *diag)
+/* 0: not a revision's name. */
+static uint32_t number_of(const char *name)
+{
+	if (strlen(name) != 4 || strspn(name, "0123456789") != 4)
+		return 0;
+	return (uint32_t)strtoul(name, NULL, 10);
+}
+
+/* What every link to a revision says, before the number. */
+static void link_start(char start[PATH_MAX], const char *path)
+{
+	const char *slash = strrchr(path, '/');
+
+	snprintf(start, PATH_MAX, "%.*s.d/", NAME_MAX, slash ? slash + 1 : path);
+}
+
+/* The revision that the link at `path` names; 0: none, `target` says where else it leads. */
+static uint32_t linked_revision(const char *path, char target[PATH_MAX])
+{
+	char start[PATH_MAX];
+	ssize_t length = readlink(path, target, PATH_MAX - 1);
+
+	target[length > 0 ? length : 0] = '\0';
+	link_start(start, path);
+	return strncmp(target, start, strlen(start)) ? 0 : number_of(target + strlen(start));
+}
+
+int rig_store_check(const char *rig_dir, struct diag *diag)
+{
+	char path[PATH_MAX], target[PATH_MAX];
+	struct stat st;
+	int err = plain(path, rig_dir, diag);
+
+	if (err)
+		return err;
+	if (lstat(path, &st))
+		return errno == ENOENT ? 0 : fail(path, "look at", errno, diag);
+	if (S_ISDIR(st.st_mode) || (S_ISLNK(st.st_mode) && linked_revision(path, target)))
+		return 0;
+	if (S_ISLNK(st.st_mode))
+		diag_add(diag,
+			 "%s: is a link to %s, which no calibration has made and none replaces: "
+			 "name %s itself as the rig, or remove the link",
+			 path, target, target);
+	else
+		diag_add(diag,
+			 "%s: is no directory, and a rig is one: name another place for the rig, "
+			 "or move this away",
+			 path);
+	return -EEXIST;
+}
+
+/* Makes RIG.d and has it open; -EAGAIN: another one removed it meanwhile. */
+static int try_lock(int *fd, const char *rig_dir, struct diag *diag)
 {
 	char path[PATH_MAX];
+	struct stat st;
 	int err = rig_store_path(path, rig_dir, NULL, true, diag);
 
 	if (err)
 		return err;
 	int opened = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 	if (opened < 0)
-		return fail(path, "open", errno, diag);
-	if (flock(opened, LOCK_EX | LOCK_NB)) {
+		return errno == ENOENT ? -EAGAIN : fail(path, "open", errno, diag);
+	if (flock(opened, LOCK_EX | LOCK_NB))
 		err = errno == EWOULDBLOCK ? -EBUSY : fail(path, "lock", errno, diag);
+	else if (fstat(opened, &st) || st.st_nlink == 0)
+		err = -EAGAIN;
+	if (err)
 		close(opened);
-		if (err == -EBUSY)
-			diag_add(diag, "%s: another program calibrates this rig: wait for it",
-				 rig_dir);
+	else
+		*fd = opened;
+	return err;
+}
+
+int rig_store_lock(int *fd, const char *rig_dir, struct diag *diag)
+{
+	int err = rig_store_check(rig_dir, diag);
+
+	if (err)
 		return err;
-	}
-	*fd = opened;
-	return 0;
+	do
+		err = try_lock(fd, rig_dir, diag);
+	while (err == -EAGAIN);
+	if (err == -EBUSY)
+		diag_add(diag, "%s: another program calibrates this rig: wait for it", rig_dir);
+	return err;
+}
+
+void rig_store_unlock(int fd, const char *rig_dir)
+{
+	char path[PATH_MAX];
+
+	if (fd < 0)
+		return;
+	if (!rig_store_path(path, rig_dir, NULL, false, NULL))
+		rmdir(path); /* only when nothing came of it */
+	close(fd);
 }
 
 int rig_store_revision_path(char path[PATH_MAX], const char *rig_dir, uint32_t number,
@@ -79,14 +157,6 @@ int rig_store_revision_path(char path[PATH_MAX], const char *rig_dir, uint32_t n
 
 	snprintf(name, sizeof(name), "%04u", number);
 	return rig_store_path(path, rig_dir, name, false, diag);
-}
-
-/* 0: not a revision's name. */
-static uint32_t number_of(const char *name)
-{
-	if (strlen(name) != 4 || strspn(name, "0123456789") != 4)
-		return 0;
-	return (uint32_t)strtoul(name, NULL, 10);
 }
 
 static int compare(const void *a, const void *b)
@@ -119,14 +189,7 @@ uint32_t rig_store_in_force(const char *rig_dir)
 {
 	char path[PATH_MAX], target[PATH_MAX];
 
-	if (plain(path, rig_dir, NULL))
-		return 0;
-	ssize_t length = readlink(path, target, sizeof(target) - 1);
-	if (length <= 0)
-		return 0;
-	target[length] = '\0';
-	const char *slash = strrchr(target, '/');
-	return number_of(slash ? slash + 1 : target);
+	return plain(path, rig_dir, NULL) ? 0 : linked_revision(path, target);
 }
 
 static bool is_plain_dir(const char *path)
@@ -180,16 +243,18 @@ int rig_store_put_in_force(const char *rig_dir, uint32_t number, uint32_t *kept,
 {
 	char path[PATH_MAX], link[PATH_MAX], target[PATH_MAX], revision[PATH_MAX];
 	struct stat st;
-	int err = plain(path, rig_dir, diag);
+	int err = rig_store_check(rig_dir, diag);
 
+	if (!err)
+		err = plain(path, rig_dir, diag);
 	if (!err)
 		err = rig_store_revision_path(revision, rig_dir, number, diag);
 	if (err)
 		return err;
 	if (stat(revision, &st) || !S_ISDIR(st.st_mode))
 		return fail(revision, "bring into force", ENOENT, diag);
-	const char *slash = strrchr(path, '/');
-	snprintf(target, sizeof(target), "%.*s.d/%04u", NAME_MAX, slash ? slash + 1 : path, number);
+	link_start(target, path);
+	snprintf(target + strlen(target), PATH_MAX - strlen(target), "%04u", number);
 	/* made beside RIG, as what it says is relative to its place */
 	snprintf(link, sizeof(link), "%.*s.next", RIG_STORE_PATH, path);
 	unlink(link);

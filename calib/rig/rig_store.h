@@ -19,9 +19,16 @@
 int rig_store_path(char path[PATH_MAX], const char *rig_dir, const char *name, bool make,
 		   struct diag *diag);
 
-/* RIG.d, made if need be, for this program alone until *fd is closed, or the program ends. Returns
- * 0 or a negative errno with a message; -EBUSY: another one has it. */
+/* Whether a calibration may take the place RIG: nothing is there, a directory, or its own link.
+ * Returns 0 or a negative errno with a message; -EEXIST: something of the user's. */
+int rig_store_check(const char *rig_dir, struct diag *diag);
+
+/* RIG.d, made if need be, for this program alone until it is unlocked, or the program ends. Returns
+ * 0 or a negative errno with a message, as rig_store_check(); -EBUSY: another one has it. */
 int rig_store_lock(int *fd, const char *rig_dir, struct diag *diag);
+
+/* Leaves no RIG.d behind when nothing was put there. A no-op with `fd` < 0. */
+void rig_store_unlock(int fd, const char *rig_dir);
 
 /* "RIG.d/NNNN". Returns 0 or -ENAMETOOLONG. */
 int rig_store_revision_path(char path[PATH_MAX], const char *rig_dir, uint32_t number,

@@ -319,8 +319,7 @@ static void finish(struct calibrate *k)
 {
 	observations_finish(&k->observations);
 	calibrate_making_finish(&k->making);
-	if (k->lock_fd >= 0)
-		close(k->lock_fd);
+	rig_store_unlock(k->lock_fd, k->rig_dir);
 	free(k);
 }
 

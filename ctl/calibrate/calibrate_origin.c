@@ -168,7 +168,8 @@ static int check_arguments(const struct origin_verb *verb)
 
 int verb_calibrate_origin(const struct verb *verb, int argc, char **argv)
 {
-	struct origin_verb origin = {.source = {.socket_dir = DEFAULT_SOCKET_DIR}};
+	struct origin_verb origin = {
+		.source = {.socket_dir = DEFAULT_SOCKET_DIR, .for_new_rig = true}};
 	struct diag diag = {0};
 	uint64_t seconds = SECONDS_DEFAULT;
 	const struct argument arguments[] = {

@@ -180,6 +180,7 @@ int verb_calibrate_refine(const struct verb *verb, int argc, char **argv)
 
 	if (parsed != ARGUMENTS_OK)
 		return arguments_exit_code(parsed);
+	refine.source.for_new_rig = !refine.dry_run;
 	refine.source.seconds = (double)seconds;
 	int code = run(&refine, &diag);
 	diag_print(&diag, stderr);

@@ -284,7 +284,7 @@ static int rollback(const struct asked *asked, struct diag *diag)
 	if (err)
 		return err;
 	err = roll_back(asked, diag);
-	close(lock_fd);
+	rig_store_unlock(lock_fd, asked->rig_dir);
 	return err;
 }
 

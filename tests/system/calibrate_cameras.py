@@ -215,6 +215,18 @@ def test_corners_that_cannot_be_kept_are_no_bad_input(corners, tmp_path):
     assert done.returncode == 1 and "rig.d/corners.vnl" in done.stderr
 
 
+def test_a_file_or_link_of_the_users_is_not_taken_for_a_rig(tmp_path):
+    """Told before the corners are looked for, which are not there."""
+    (tmp_path / "precious.yaml").write_text("mine")
+    (tmp_path / "rig").symlink_to("srv/monday")
+    for name in ("precious.yaml", "rig"):
+        told = refused("--from", tmp_path / "corners.vnl", "--out", tmp_path / name)
+        assert name in told and "corners" not in told
+    assert (tmp_path / "precious.yaml").read_text() == "mine"
+    assert os.readlink(tmp_path / "rig") == "srv/monday"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["precious.yaml", "rig"]
+
+
 def test_a_lens_that_cannot_be_is_told_before_anything_else():
     done = ctl("calibrate", "cameras", "--lens", "LENSMODEL_BOTTLE")
     assert done.returncode == 2 and "LENSMODEL_BOTTLE" in done.stderr

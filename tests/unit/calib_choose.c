@@ -173,6 +173,65 @@ static void a_rig_comes_into_force_and_back(void **state)
 	assert_int_equal(system(command), 0);
 }
 
+/* A new revision of `rig` is made and put into force, as far as the store lets it. */
+static int calibrate(const char *rig)
+{
+	char path[PATH_MAX];
+	uint32_t number, kept;
+	int fd, err = rig_store_lock(&fd, rig, NULL);
+
+	if (err)
+		return err;
+	assert_int_equal(rig_store_next(rig, &number, NULL), 0);
+	assert_int_equal(rig_store_revision_path(path, rig, number, NULL), 0);
+	assert_int_equal(mkdir(path, 0777), 0);
+	err = rig_store_put_in_force(rig, number, &kept, NULL);
+	rig_store_unlock(fd, rig);
+	return err;
+}
+
+static void what_is_the_users_is_not_taken_for_a_rig(void **state)
+{
+	char dir[] = "/tmp/calib-store-XXXXXX", rig[64], other[64], target[PATH_MAX], command[128];
+	struct stat st;
+
+	(void)state;
+	assert_non_null(mkdtemp(dir));
+	snprintf(rig, sizeof(rig), "%s/layout.yaml", dir);
+	FILE *file = fopen(rig, "w");
+	assert_non_null(file);
+	fclose(file);
+	assert_int_equal(calibrate(rig), -EEXIST);
+	assert_int_equal(lstat(rig, &st), 0);
+	assert_true(S_ISREG(st.st_mode));
+
+	snprintf(rig, sizeof(rig), "%s/rig", dir);
+	assert_int_equal(symlink("srv/0001", rig), 0);
+	assert_int_equal(rig_store_in_force(rig), 0);
+	assert_int_equal(calibrate(rig), -EEXIST);
+	assert_int_equal(readlink(rig, target, sizeof(target)), 8);
+
+	snprintf(other, sizeof(other), "%s/own", dir);
+	assert_int_equal(calibrate(other), 0);
+	assert_int_equal(calibrate(other), 0);
+	assert_int_equal(rig_store_in_force(other), 2);
+	snprintf(command, sizeof(command), "rm -r %s", dir);
+	assert_int_equal(system(command), 0);
+}
+
+static void a_calibration_of_which_nothing_came_leaves_no_store(void **state)
+{
+	char dir[] = "/tmp/calib-store-XXXXXX", rig[64];
+	int fd;
+
+	(void)state;
+	assert_non_null(mkdtemp(dir));
+	snprintf(rig, sizeof(rig), "%s/rig", dir);
+	assert_int_equal(rig_store_lock(&fd, rig, NULL), 0);
+	rig_store_unlock(fd, rig);
+	assert_int_equal(rmdir(dir), 0);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -181,6 +240,8 @@ int main(void)
 		cmocka_unit_test(the_half_that_was_not_seen_is_missing),
 		cmocka_unit_test(whoever_shows_it_all_has_shown_enough),
 		cmocka_unit_test(a_rig_comes_into_force_and_back),
+		cmocka_unit_test(what_is_the_users_is_not_taken_for_a_rig),
+		cmocka_unit_test(a_calibration_of_which_nothing_came_leaves_no_store),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);
