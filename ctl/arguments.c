@@ -5,7 +5,7 @@
 
 #include <errno.h>
 #include <getopt.h>
-#include <math.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,14 +32,18 @@ static void print_help(const struct verb *verb, const struct argument *arguments
 
 static bool set_count(const struct argument *argument, const char *text)
 {
+	uint64_t most = argument->count_max ? argument->count_max : COUNT_MAX;
 	char *end;
 
 	errno = 0;
 	unsigned long long value = strtoull(text, &end, 10);
-	if (errno || *end || end == text || text[0] == '-')
-		return false;
-	*argument->count = value;
-	return true;
+	if (!errno && text[0] >= '0' && text[0] <= '9' && !*end && value <= most) {
+		*argument->count = value;
+		return true;
+	}
+	fprintf(stderr, "stagectl: --%s %s: must be a whole number, 0 to %" PRIu64 "\n",
+		argument->name, text, most);
+	return false;
 }
 
 static bool set_number(const struct argument *argument, const char *text)
@@ -47,24 +51,34 @@ static bool set_number(const struct argument *argument, const char *text)
 	char *end;
 	double value = strtod(text, &end);
 
-	if (text[strspn(text, "0123456789.eE+-")] || *end || end == text || !isfinite(value) ||
-	    value <= 0)
-		return false;
-	*argument->number = value;
-	return true;
+	if (!text[strspn(text, "0123456789.eE+-")] && !*end && end != text && value > 0 &&
+	    value <= NUMBER_MAX) {
+		*argument->number = value;
+		return true;
+	}
+	fprintf(stderr, "stagectl: --%s %s: must be a number greater than 0, up to %.0f\n",
+		argument->name, text, NUMBER_MAX);
+	return false;
+}
+
+static bool set_text(const struct argument *argument, const char *text)
+{
+	if (text[0])
+		*argument->text = text;
+	else
+		fprintf(stderr, "stagectl: --%s: must not be empty\n", argument->name);
+	return text[0];
 }
 
 static bool set_argument(const struct argument *argument, const char *text)
 {
-	if (argument->flag)
-		*argument->flag = true;
-	else if (argument->text)
-		*argument->text = text;
-	else if (argument->count ? !set_count(argument, text) : !set_number(argument, text)) {
-		fprintf(stderr, "stagectl: --%s %s: must be %s\n", argument->name, text,
-			argument->count ? "a whole number" : "a number greater than 0");
-		return false;
-	}
+	if (argument->text)
+		return set_text(argument, text);
+	if (argument->count)
+		return set_count(argument, text);
+	if (argument->number)
+		return set_number(argument, text);
+	*argument->flag = true;
 	return true;
 }
 

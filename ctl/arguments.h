@@ -10,15 +10,20 @@
 
 #define DEFAULT_SOCKET_DIR "/run/stage"
 
-/* Exactly one of the four pointers is set; it holds the default before parsing. */
+#define COUNT_MAX INT32_MAX
+#define NUMBER_MAX 1e6
+
+/* Exactly one of the four pointers is set; it holds the default before parsing. A text is not
+ * empty. */
 struct argument {
 	const char *name;       /* without the dashes */
 	const char *value_name; /* NULL for a flag */
 	const char *help;
 	bool *flag;
 	const char **text;
-	uint64_t *count;
-	double *number; /* > 0 */
+	uint64_t *count; /* up to COUNT_MAX, or count_max when that is set */
+	double *number;  /* > 0, up to NUMBER_MAX */
+	uint64_t count_max;
 };
 
 enum arguments_result {

@@ -115,6 +115,12 @@ static void *read_camera(void *argument)
 	return NULL;
 }
 
+/* More threads than cameras do not help; a semaphore has its own limit. */
+static unsigned permits_of(uint32_t thread_count)
+{
+	return thread_count < 1 ? 1 : thread_count > CAMERA_MAX ? CAMERA_MAX : thread_count;
+}
+
 static int start_reader(struct recording *recording, uint32_t index, const struct stage *stage,
 			struct open_camera *camera, struct diag *diag)
 {
@@ -154,7 +160,7 @@ int recording_open(struct recording **out, const struct stage *stage, struct ope
 	if (!recording)
 		return -ENOMEM;
 	recording->camera_count = stage->config.camera_count;
-	sem_init(&recording->permits, 0, thread_count ? thread_count : 1);
+	sem_init(&recording->permits, 0, permits_of(thread_count));
 	for (uint32_t c = 0; c < recording->camera_count; c++) {
 		sem_init(&recording->readers[c].filled, 0, 0);
 		sem_init(&recording->readers[c].room, 0, READ_AHEAD);

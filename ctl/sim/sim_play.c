@@ -89,9 +89,7 @@ static int begin(struct playing *playing, const struct request *request, struct 
 {
 	struct sim_options options = {.scene = request->scene,
 				      .seed = request->seed,
-				      .camera_count = request->cameras > UINT32_MAX
-							      ? UINT32_MAX
-							      : (uint32_t)request->cameras,
+				      .camera_count = (uint32_t)request->cameras,
 				      .rate_hz = request->rate_hz,
 				      .optics = request->optics,
 				      .face_speed_m_s = request->face_speed_m_s};
@@ -191,7 +189,8 @@ int verb_sim_play(const struct verb *verb, int argc, char **argv)
 {
 	struct request r = {.level = "blob", .clock = "virtual", .seed = 1};
 	const struct argument arguments[] = {
-		{"seed", "N", "of face, motion and noise (default 1)", .count = &r.seed},
+		{"seed", "N", "of face, motion and noise (default 1)", .count = &r.seed,
+		 .count_max = UINT64_MAX},
 		{"seconds", "S", "how long (default: the scene's own, 2 with pixels)",
 		 .number = &r.seconds},
 		{"start", "S", "from which second on (default 0)", .number = &r.start_s},

@@ -250,8 +250,8 @@ int verb_sim_preview(const struct verb *verb, int argc, char **argv)
 		.scene = {.seed = 1, .hd_after_ir_ns = SIM_HD_AFTER_IR_NS}, .at_s = 1};
 	const struct argument arguments[] = {
 		{"at", "S", "at this time of the scene (default 1)", .number = &options.at_s},
-		{"seed", "N", "of face, motion and noise (default 1)",
-		 .count = &options.scene.seed},
+		{"seed", "N", "of face, motion and noise (default 1)", .count = &options.scene.seed,
+		 .count_max = UINT64_MAX},
 		{"cameras", "N", "how many IR cameras (default: the scene's own)",
 		 .count = &cameras},
 		{"hd", "N", "HD cameras, 1 to 3 (default: the scene's own)", .count = &hd},
@@ -269,8 +269,8 @@ int verb_sim_preview(const struct verb *verb, int argc, char **argv)
 	if (parsed != ARGUMENTS_OK)
 		return arguments_exit_code(parsed);
 	options.scene.scene = scene;
-	options.scene.camera_count = cameras > UINT32_MAX ? UINT32_MAX : (uint32_t)cameras;
-	options.scene.hd_camera_count = hd > UINT32_MAX ? UINT32_MAX : (uint32_t)hd;
+	options.scene.camera_count = (uint32_t)cameras;
+	options.scene.hd_camera_count = (uint32_t)hd;
 	if (!options.output) {
 		default_path(path, sizeof(path), scene);
 		options.output = path;

@@ -36,11 +36,6 @@ static int exit_code_of_record(int err)
 	return err == -EINVAL || err == -EEXIST ? EXIT_CODE_USAGE : EXIT_CODE_INTERNAL;
 }
 
-static uint32_t to_u32(uint64_t count)
-{
-	return count > UINT32_MAX ? UINT32_MAX : (uint32_t)count;
-}
-
 int verb_sim_record(const struct verb *verb, int argc, char **argv)
 {
 	const char *dir, *scene = "talking", *optics = NULL;
@@ -51,7 +46,8 @@ int verb_sim_record(const struct verb *verb, int argc, char **argv)
 	const struct argument arguments[] = {
 		{"seconds", "S", "how long (default 2)", .number = &seconds},
 		{"scene", "SCENE", "a scene's name or file (default talking)", .text = &scene},
-		{"seed", "N", "of face, motion and noise (default 1)", .count = &seed},
+		{"seed", "N", "of face, motion and noise (default 1)", .count = &seed,
+		 .count_max = UINT64_MAX},
 		{"cameras", "N", "how many IR cameras (default: the scene's own)",
 		 .count = &cameras},
 		{"hd", "N", "HD cameras beside them, 0 to 3 (default 0)", .count = &hd},
@@ -67,10 +63,10 @@ int verb_sim_record(const struct verb *verb, int argc, char **argv)
 		return arguments_exit_code(parsed);
 	struct sim_options options = {.scene = scene,
 				      .seed = seed,
-				      .camera_count = to_u32(cameras),
+				      .camera_count = (uint32_t)cameras,
 				      .rate_hz = rate_hz,
 				      .optics = optics,
-				      .hd_camera_count = to_u32(hd),
+				      .hd_camera_count = (uint32_t)hd,
 				      .hd_after_ir_ns = SIM_HD_AFTER_IR_NS};
 	int err = sim_record(&options, dir, seconds, isatty(STDERR_FILENO) ? progress : NULL, NULL,
 			     &diag);
