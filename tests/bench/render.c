@@ -11,12 +11,15 @@
 
 #include "base/clock.h"
 #include "sim/play.h"
+#include "sim/render/hd_render.h"
 #include "sim/render/render.h"
 #include "tests/bench/figures.h"
 
 #define CAMERAS 8
 #define ROUNDS 5
 #define IMAGES 40 /* per round */
+#define HD_IMAGES 20
+#define BOARD_IMAGES 5
 #define BLOB_SECONDS 10
 #define RATE_HZ 120
 
@@ -99,6 +102,49 @@ static int bench_images(json_t *figures, uint64_t seed)
 	return 0;
 }
 
+static int bench_hd_image(json_t *figures, uint64_t seed)
+{
+	struct sim_options options = options_of("gaussian", seed);
+	struct sim_hd_renderer *renderer;
+	struct sim_scene *scene;
+	int width_px, height_px;
+
+	options.hd_camera_count = 1;
+	options.hd_after_ir_ns = SIM_HD_AFTER_IR_NS;
+	if (sim_scene_create(&scene, &options, NULL) ||
+	    sim_hd_renderer_create(&renderer, scene, CAMERAS))
+		return -1;
+	double start_s = thread_s();
+
+	for (uint64_t image = 0; image < HD_IMAGES; image++)
+		sim_hd_render(renderer, sim_scene_hd_shot(scene, image), &width_px, &height_px);
+	add(figures, "render_hd_image_us", "", 1e6 * (thread_s() - start_s) / HD_IMAGES);
+	sim_hd_renderer_destroy(renderer);
+	sim_scene_destroy(scene);
+	return 0;
+}
+
+static int bench_board_image(json_t *figures, uint64_t seed)
+{
+	struct sim_options options = options_of("gaussian", seed);
+	struct sim_renderer *renderer;
+	struct sim_scene *scene;
+	int width_px, height_px;
+
+	options.scene = "board";
+	if (sim_scene_create(&scene, &options, NULL) ||
+	    sim_renderer_create(&renderer, scene, 0, SIM_NOISE_FULL))
+		return -1;
+	double start_s = thread_s();
+
+	for (uint64_t image = 0; image < BOARD_IMAGES; image++)
+		sim_render(renderer, image, &width_px, &height_px);
+	add(figures, "render_board_image_us", "", 1e6 * (thread_s() - start_s) / BOARD_IMAGES);
+	sim_renderer_destroy(renderer);
+	sim_scene_destroy(scene);
+	return 0;
+}
+
 static int bench_blob_level(json_t *figures, uint64_t seed)
 {
 	static struct sim_play play;
@@ -143,7 +189,8 @@ int main(int argc, char **argv)
 		}
 	}
 	json_object_set_new(figures, "render_seed", json_integer((json_int_t)seed));
-	int status = bench_images(figures, seed) || bench_blob_level(figures, seed);
+	int status = bench_images(figures, seed) || bench_hd_image(figures, seed) ||
+		     bench_board_image(figures, seed) || bench_blob_level(figures, seed);
 
 	print_figures(figures, json);
 	return status;

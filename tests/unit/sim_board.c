@@ -8,14 +8,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include <cmocka.h>
 
 #include <apriltag/apriltag.h>
 #include <apriltag/tag36h11.h>
 
-#include "base/clock.h"
 #include "sim/board/board_view.h"
 #include "sim/render/hd_render.h"
 #include "sim/render/render.h"
@@ -354,36 +352,6 @@ static void the_same_shot_gives_the_same_board_whatever_came_before(void **state
 	sim_scene_destroy(scene);
 }
 
-static int64_t processor_ns(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-	return t.tv_sec * NS_PER_S + t.tv_nsec;
-}
-
-static void a_picture_of_the_board_takes_no_more_than_60_ms(void **state)
-{
-	struct sim_scene *scene = make(1, 0);
-	struct sim_renderer *renderer;
-	int64_t least_ns = NS_PER_S;
-	int width_px, height_px;
-
-	(void)state;
-	assert_int_equal(sim_renderer_create(&renderer, scene, 1, SIM_NOISE_FULL), 0);
-	for (uint64_t shot = 0; shot < 5; shot++) {
-		int64_t begin_ns = processor_ns();
-
-		sim_render(renderer, shot, &width_px, &height_px);
-		int64_t took_ns = processor_ns() - begin_ns;
-		least_ns = took_ns < least_ns ? took_ns : least_ns;
-	}
-	print_message("# %.1f ms\n", (double)least_ns / NS_PER_MS);
-	assert_true(least_ns <= 60 * NS_PER_MS);
-	sim_renderer_destroy(renderer);
-	sim_scene_destroy(scene);
-}
-
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -393,7 +361,6 @@ int main(void)
 		cmocka_unit_test(a_detector_reads_the_tags_where_they_are),
 		cmocka_unit_test(the_board_comes_everywhere_and_is_seen_from_all_sides),
 		cmocka_unit_test(the_same_shot_gives_the_same_board_whatever_came_before),
-		cmocka_unit_test(a_picture_of_the_board_takes_no_more_than_60_ms),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

@@ -10,14 +10,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include <cmocka.h>
 
 #include "base/clock.h"
-#include "sim/world/scene_parts.h"
-#include "sim/sights.h"
 #include "sim/render/spot.h"
+#include "sim/sights.h"
+#include "sim/world/scene_parts.h"
 #include "sim/world/world.h"
 
 #include "hd_spots.h"
@@ -273,36 +272,6 @@ static void spots_of_a_rolling_shutter_are_where_the_sights_are(void **state)
 	sim_scene_destroy(scene);
 }
 
-static int64_t processor_ns(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-	return t.tv_sec * NS_PER_S + t.tv_nsec;
-}
-
-static void a_picture_takes_no_more_than_one_and_a_half_milliseconds(void **state)
-{
-	struct sim_scene *scene = make(1, 0);
-	struct sim_hd_renderer *renderer;
-	int64_t least_ns = NS_PER_S;
-	int width_px, height_px;
-
-	(void)state;
-	assert_int_equal(sim_hd_renderer_create(&renderer, scene, IR_COUNT), 0);
-	for (uint64_t k = 0; k < 30; k++) {
-		int64_t begin_ns = processor_ns();
-
-		sim_hd_render(renderer, sim_scene_hd_shot(scene, k), &width_px, &height_px);
-		int64_t took_ns = processor_ns() - begin_ns;
-		least_ns = took_ns < least_ns ? took_ns : least_ns;
-	}
-	print_message("# %.3f ms\n", (double)least_ns / NS_PER_MS);
-	assert_true(least_ns <= 3 * NS_PER_MS / 2);
-	sim_hd_renderer_destroy(renderer);
-	sim_scene_destroy(scene);
-}
-
 static void hd_cameras_leave_the_ir_cameras_and_the_truth_as_they_are(void **state)
 {
 	struct sim_scene *without = make(0, 0), *with = make(3, 0);
@@ -379,7 +348,6 @@ int main(void)
 		cmocka_unit_test(the_same_shot_gives_the_same_picture_whatever_came_before),
 		cmocka_unit_test(a_rolling_shutter_exposes_every_row_at_its_time),
 		cmocka_unit_test(spots_of_a_rolling_shutter_are_where_the_sights_are),
-		cmocka_unit_test(a_picture_takes_no_more_than_one_and_a_half_milliseconds),
 		cmocka_unit_test(hd_cameras_leave_the_ir_cameras_and_the_truth_as_they_are),
 		cmocka_unit_test(more_than_three_hd_cameras_are_refused),
 		cmocka_unit_test(live_frames_are_those_of_every_fourth_shot),
