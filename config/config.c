@@ -186,6 +186,7 @@ static const struct yaml_key keys[] = {
 	{"calibration", YAML_CUSTOM, .read = read_calibration},
 	{"strobe_one_shot_us", NUMBER(YAML_MICROS, strobe_one_shot_ns, 1, 1e6, "microseconds")},
 	{"strobe_pull_down", YAML_BOOL, .offset = AT(strobe_pull_down)},
+	{"recordings_dir", YAML_TEXT, AT(recordings_dir), .size = PATH_MAX},
 	{0},
 };
 
@@ -203,6 +204,7 @@ enum {
 	KEY_SOCKET_DIR,
 	KEY_MASKS,
 	KEY_CALIBRATION = 17,
+	KEY_RECORDINGS_DIR = 20,
 	KEY_COUNT = sizeof(keys) / sizeof(*keys) - 1
 };
 
@@ -362,6 +364,9 @@ static void read_config(struct yaml *yaml, struct reading *reading)
 	resolve(yaml, config, config->rig_dir, places[KEY_RIG], "rig", PATH_MAX - NAME_BYTES - 16);
 	resolve_layouts(yaml, config, places, &root);
 	add_masks(yaml, config, places[KEY_MASKS]);
+	if (*config->recordings_dir)
+		resolve(yaml, config, config->recordings_dir, places[KEY_RECORDINGS_DIR],
+			"recordings_dir", PATH_MAX - 1);
 	resolve(yaml, config, config->socket_dir, places[KEY_SOCKET_DIR], "socket_dir",
 		108 - 1 - SOCKET_NAME_MAX);
 }

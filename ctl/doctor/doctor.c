@@ -88,6 +88,8 @@ static const char *choose_dir(const char *named, const struct config *config)
 {
 	if (named)
 		return named;
+	if (config && *config->recordings_dir)
+		return config->recordings_dir;
 	if (access(SERVICE_DIR, W_OK) == 0 || !config)
 		return access(SERVICE_DIR, F_OK) == 0 ? SERVICE_DIR : ".";
 	return config->base_dir;
@@ -118,7 +120,9 @@ int verb_doctor(const struct verb *verb, int argc, char **argv)
 	const char *path = NULL, *directory = NULL;
 	bool json = false, no_light = false;
 	const struct argument arguments[] = {
-		{"directory", "DIR", "where recordings go (default " SERVICE_DIR ", else here)",
+		{"directory", "DIR",
+		 "where recordings go (default: recordings_dir of the config, " SERVICE_DIR
+		 ", else here)",
 		 .text = &directory},
 		{"no-light", NULL, "do not open cameras and fire strobes", .flag = &no_light},
 		{"json", NULL, "print one JSON object", .flag = &json},

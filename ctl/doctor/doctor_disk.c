@@ -53,12 +53,13 @@ static void check_speed(struct doctor *doctor, double needed)
 	if (*facts->disk_error)
 		doctor_say(finding->remedy,
 			   "make it, let user %s write there, or name another: "
-			   "--directory DIR",
+			   "recordings_dir in the config, or --directory DIR",
 			   facts->asker.name);
 	else if (!good)
 		doctor_say(
 			finding->remedy,
-			"record to an NVMe or SSD of its own (--directory DIR asks another one)");
+			"record to an NVMe or SSD of its own, and name it: recordings_dir in the "
+			"config (--directory DIR asks another one)");
 }
 
 static void check_space(struct doctor *doctor, double needed)

@@ -55,6 +55,17 @@ def test_the_probe_of_the_disk_leaves_nothing_behind(tmp_path):
     assert not os.listdir(tmp_path)
 
 
+def test_the_directory_of_the_config_is_probed_unless_another_is_named(recording, tmp_path):
+    takes = recording / "takes"
+    takes.mkdir()
+    config = recording / "takes.yaml"
+    config.write_text((recording / "stage.yaml").read_text() + "recordings_dir: takes\n")
+    assert of(examine(config, "--no-light"), f"writing to {takes}")["measured"].endswith("MB/s")
+    assert of(examine(config, "--no-light", "--directory", tmp_path), f"writing to {tmp_path}")
+    config.unlink()
+    takes.rmdir()
+
+
 def test_a_directory_that_is_not_there_is_a_problem(tmp_path):
     finding = of(examine("--directory", tmp_path / "none"), "writing to")
     assert finding["level"] == "problem" and "No such file" in finding["measured"]

@@ -27,6 +27,7 @@ static void five_lines_are_a_configuration(void **state)
 	assert_string_equal(config.rig_dir, "/tmp/rig");
 	assert_string_equal(config.layout_paths[0], "/tmp/face.yaml");
 	assert_string_equal(config.socket_dir, "/run/stage");
+	assert_string_equal(config.recordings_dir, "");
 	assert_string_equal(config.trigger, "free");
 	assert_int_equal(config.plan.period_ns, 8333333);
 	assert_int_equal(config.plan.ir_exposure_ns, 250000);
@@ -47,7 +48,7 @@ static void every_key_is_read(void **state)
 	(void)state;
 	assert_int_equal(
 		load("rig: /srv/rig\nlayout: /srv/face.yaml\ntrigger: sim\nrate_hz: 60\n"
-		     "exposure_us: 300.5\nsocket_dir: run\n"
+		     "exposure_us: 300.5\nsocket_dir: run\nrecordings_dir: takes\n"
 		     "blobs: {threshold_sigma: 5.5, threshold_min: 9, electrons_per_grey: 30, "
 		     "area_min_px: 4, area_max_px: 900}\n"
 		     "tracking: {match_gate_px: 2, calibration_sigma_px: 0.02, range_min_m: 0.5, "
@@ -62,6 +63,7 @@ static void every_key_is_read(void **state)
 	assert_string_equal(config.rig_dir, "/srv/rig");
 	assert_string_equal(config.trigger, "sim");
 	assert_string_equal(config.socket_dir, "/tmp/run");
+	assert_string_equal(config.recordings_dir, "/tmp/takes");
 	assert_int_equal(config.plan.period_ns, 16666667);
 	assert_int_equal(config.plan.ir_exposure_ns, 300500);
 	assert_int_equal(config.plan.strobe_width_ns, 300500);
@@ -212,7 +214,7 @@ static void unknown_keys_are_refused_with_a_suggestion(void **state)
 		"rate_hz, "
 		"exposure_us, ir_delay_us, strobe_delay_us, strobe_width_us, strobe_duty_max, hd, "
 		"socket_dir, masks, blobs, tracking, sim, calibration, strobe_one_shot_us, "
-		"strobe_pull_down\n");
+		"strobe_pull_down, recordings_dir\n");
 	expect_messages(HEAD CAMERAS "[a]: 3\n", "6:2: a key must be a plain word\n");
 }
 
