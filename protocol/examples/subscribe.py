@@ -13,7 +13,7 @@ def main(path):
                 print(f"{len(event.cameras)} cameras, {len(stream.labels)} labels, rig {event.rig_revision}")
             elif isinstance(event, stageclient.Notice):
                 print(f"the station says: {event.text}")
-            elif event.mid_exposure_ns // 10**9 != second:
+            elif isinstance(event, stageclient.MarkerSet) and event.mid_exposure_ns // 10**9 != second:
                 second = event.mid_exposure_ns // 10**9
                 named = sum(m.label >= 0 and m.status >= stageclient.TWO_CAMERA for m in event.markers)
                 print(f"shot {event.shot}: {named} named markers seen, {stream.sets_lost} sets lost",

@@ -1,9 +1,14 @@
 """A live station on simulated cameras: what it tells, and what it survives."""
 import json
+import os
+import re
 import signal
 import socket
+import subprocess
+import sys
 import time
 
+import pytest
 from conftest import ctl, truncate
 
 
@@ -59,6 +64,18 @@ def test_tap_that_gets_less_than_it_asked_for_says_so(shared_station):
     done = shared_station.ctl("stream", "tap", "--count", "100000", "--seconds", "0.3")
     assert done.returncode == 6
     assert done.stdout.count("\nshot") > 5
+
+
+@pytest.mark.parametrize("command", [[os.environ["SUBSCRIBE_C"]],
+                                     [sys.executable, os.environ["SUBSCRIBE_PY"]]])
+def test_the_examples_print_a_line_a_second(shared_station, command):
+    with subprocess.Popen([*command, str(shared_station.socket_dir / "stream.sock")],
+                          stdout=subprocess.PIPE, text=True) as example:
+        lines = [example.stdout.readline() for _ in range(5)]
+        example.kill()
+    assert lines[0].startswith("4 cameras, 74 labels, rig ")
+    assert all(re.fullmatch(r"shot \d+: \d+ named markers seen, 0 sets lost\n", line)
+               for line in lines[1:])
 
 
 def test_preview_is_a_picture_with_the_spots_found(shared_station, tmp_path):
