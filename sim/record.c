@@ -4,18 +4,22 @@
 #include "sim/record.h"
 
 #include <errno.h>
+#include <inttypes.h>
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
 
 #include "base/clock.h"
 #include "sim/picture.h"
 #include "sim/record_files.h"
-#include "sim/world/scene_parts.h"
 #include "sim/truth_json.h"
+#include "sim/world/scene_parts.h"
 
 #define TRUTH_NAME "truth.jsonl"
+#define LIVE_NAME "live.yaml"
 #define SECONDS_MAX 3600.0
 #define UNCERTAINTY_NS 1000
 /* Faults with which there is no frame. */
@@ -58,21 +62,55 @@ static int begin_camera(struct recording *recording, uint32_t c)
 	return err ? record_fail(recording->diag, path, "render the images of", -err) : 0;
 }
 
-static int write_stage(const struct recording *recording)
-{
-	char addresses[SIM_DEVICE_MAX][NAME_BYTES + 8];
+struct addresses {
+	char text[SIM_DEVICE_MAX][NAME_BYTES + 8];
 	const char *pointers[SIM_DEVICE_MAX];
+};
 
+static void make_addresses(struct addresses *out, const struct recording *recording,
+			   const char *driver)
+{
 	for (uint32_t c = 0; c < device_count(recording); c++) {
-		snprintf(addresses[c], sizeof(addresses[c]), "files:%s",
+		snprintf(out->text[c], sizeof(out->text[c]), "%s:%s", driver,
 			 recording->scene->cameras[c].name);
-		pointers[c] = addresses[c];
+		out->pointers[c] = out->text[c];
 	}
-	return sim_scene_write_stage(recording->scene, recording->dir, pointers, "trigger: free",
-				     recording->diag);
 }
 
-static int begin(struct recording *recording)
+/* The same cameras before the same actors, for the station to look at while they play. */
+static int write_live(const struct recording *recording, const struct sim_options *options)
+{
+	const char *scene = options->scene && *options->scene ? options->scene : "talking";
+	char path[PATH_MAX], extra[PATH_MAX + 80];
+	struct addresses addresses;
+
+	if (strchr(scene, '/') && realpath(scene, path))
+		scene = path;
+	snprintf(extra, sizeof(extra), "trigger: sim\nsim: {scene: \"%s\", seed: %" PRIu64 "}\n",
+		 scene, options->seed);
+	make_addresses(&addresses, recording, "sim");
+	return sim_scene_write_config(recording->scene, recording->dir, LIVE_NAME,
+				      addresses.pointers, extra, recording->diag);
+}
+
+/* A board has no layout to be tracked with. */
+static int write_stage(const struct recording *recording, const struct sim_options *options)
+{
+	char path[PATH_MAX];
+	struct addresses addresses;
+
+	make_addresses(&addresses, recording, "files");
+	int err = sim_scene_write_stage(recording->scene, recording->dir, addresses.pointers,
+					"trigger: free", recording->diag);
+	if (err || !recording->scene->script.board)
+		return err ? err : write_live(recording, options);
+	err = record_path(recording->diag, path, "%s/" LIVE_NAME, recording->dir);
+	if (!err && unlink(path) < 0 && errno != ENOENT)
+		err = record_fail(recording->diag, path, "remove", errno);
+	return err;
+}
+
+static int begin(struct recording *recording, const struct sim_options *options)
 {
 	char path[PATH_MAX];
 	int err = record_claim_dir(recording->dir, TRUTH_NAME, recording->diag);
@@ -82,7 +120,7 @@ static int begin(struct recording *recording)
 	if (!err)
 		err = part_file_open(&recording->truth_file, path, recording->diag);
 	if (!err)
-		err = write_stage(recording);
+		err = write_stage(recording, options);
 	for (uint32_t c = 0; !err && c < device_count(recording); c++)
 		err = begin_camera(recording, c);
 	return err;
@@ -229,7 +267,7 @@ int sim_record(const struct sim_options *options, const char *dir, double second
 	recording->diag = diag;
 	err = sim_scene_create(&recording->scene, options, diag);
 	if (!err)
-		err = begin(recording);
+		err = begin(recording, options);
 	uint64_t count = err ? 0 : shot_count(recording->scene, seconds);
 
 	for (uint64_t shot = 0; !err && shot < count; shot++) {

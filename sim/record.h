@@ -12,7 +12,8 @@ typedef void sim_progress_fn(uint64_t shots_done, uint64_t shot_count, void *use
 
 /*
  * Writes DIR/NAME/NNNNNN.pgm and DIR/NAME/frames.csv per camera, DIR/rig, DIR/layout.yaml (of
- * several actors: DIR/layout-ACTOR.yaml), DIR/stage.yaml and DIR/truth.jsonl, one object a shot:
+ * several actors: DIR/layout-ACTOR.yaml), DIR/stage.yaml, DIR/live.yaml (the same
+ * cameras live; not of a board) and DIR/truth.jsonl, one object a shot:
  *   {"shot", "mid_exposure_ns", "heads": [{"actor", "q": [w,x,y,z], "t_m": [x,y,z]}],
  *    "head": the first of them,
  *    "markers": [{"name", "actor", "p_m": [x,y,z], "worn", "cameras": k, "visible": ["ir0", ...]}],

@@ -143,11 +143,11 @@ static int write_layouts(const struct sim_scene *scene, const char *dir, struct 
 	return err;
 }
 
-static int write_config(const struct sim_scene *scene, const char *dir,
-			const char *const *addresses, const char *extra_yaml, struct diag *diag)
+int sim_scene_write_config(const struct sim_scene *scene, const char *dir, const char *name,
+			   const char *const *addresses, const char *extra_yaml, struct diag *diag)
 {
 	char path[PATH_MAX];
-	int err = path_join(path, dir, "stage.yaml", diag);
+	int err = path_join(path, dir, name, diag);
 	FILE *file = err ? NULL : fopen(path, "w");
 
 	if (err)
@@ -168,6 +168,6 @@ int sim_scene_write_stage(const struct sim_scene *scene, const char *dir,
 	if (!err)
 		err = write_layouts(scene, dir, diag);
 	if (!err)
-		err = write_config(scene, dir, addresses, extra_yaml, diag);
+		err = sim_scene_write_config(scene, dir, "stage.yaml", addresses, extra_yaml, diag);
 	return err;
 }

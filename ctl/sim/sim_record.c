@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <jansson.h>
+#include <limits.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -22,12 +23,20 @@ static void progress(uint64_t shots_done, uint64_t shot_count, void *user)
 
 static void report(const char *dir, bool json)
 {
-	if (!json) {
-		printf("%s: written; next: stagectl process %s/stage.yaml\n", dir, dir);
-		return;
-	}
-	json_t *object = json_pack("{s:s, s:s+}", "dir", dir, "config", dir, "/stage.yaml");
-	print_json(object);
+	char live[PATH_MAX];
+
+	snprintf(live, sizeof(live), "%s/live.yaml", dir);
+	bool is_board = access(live, F_OK) != 0; /* which no station tracks */
+
+	if (json)
+		print_json(json_pack("{s:s, s:s+, s:s?}", "dir", dir, "config", dir, "/stage.yaml",
+				     "live", is_board ? NULL : live));
+	else if (is_board)
+		printf("%s: written; next: stagectl calibrate cameras --from %s\n", dir, dir);
+	else
+		printf("%s: written; next: stagectl process %s/stage.yaml, or, the same live, "
+		       "staged --config %s\n",
+		       dir, dir, live);
 }
 
 /* What was asked for was wrong, or it could not be written. */

@@ -121,3 +121,7 @@ int64_t sim_scene_hd_mid_exposure_ns(const struct sim_scene *scene, uint64_t sho
  */
 int sim_scene_write_stage(const struct sim_scene *scene, const char *dir,
 			  const char *const *addresses, const char *extra_yaml, struct diag *diag);
+
+/* Another config beside that, DIR/NAME, for the same rig and layouts. */
+int sim_scene_write_config(const struct sim_scene *scene, const char *dir, const char *name,
+			   const char *const *addresses, const char *extra_yaml, struct diag *diag);

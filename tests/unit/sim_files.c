@@ -205,6 +205,10 @@ static void recording_holds_images_tables_and_truth(void **state)
 	assert_non_null(strstr(config, "rate_hz: 60\n"));
 	assert_non_null(strstr(config, "address: \"files:ir3\""));
 	free(config);
+	config = contents(at("one/live.yaml"), &size_bytes);
+	assert_non_null(strstr(config, "trigger: sim\nsim: {scene: \"talking\", seed: "));
+	assert_non_null(strstr(config, "address: \"sim:ir3\""));
+	free(config);
 }
 
 static void same_seed_records_the_same_bytes(void **state)
