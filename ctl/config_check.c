@@ -74,7 +74,7 @@ static int check(struct stage *stage, const char *path, struct diag *diag)
 	int unknown = check_drivers(&stage->config, diag);
 	int scene_err = check_scene(&stage->config, diag);
 
-	err = open_cameras(cameras, stage, recorded_cameras(&stage->config), recording_drivers,
+	err = open_cameras(cameras, stage, recorded_cameras(&stage->config), recording_drivers, 0,
 			   diag);
 	close_cameras(cameras, stage->config.camera_count);
 	if (err == -ENOMEM || scene_err == -ENOMEM)

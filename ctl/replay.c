@@ -100,7 +100,7 @@ static int prepare(struct replay *r, const char *config_path, const char *layout
 			 config_path);
 		return EXIT_CODE_BAD_INPUT;
 	}
-	err = open_cameras(r->cameras, &r->stage, r->stage.ir_mask, recording_drivers, diag);
+	err = open_cameras(r->cameras, &r->stage, r->stage.ir_mask, recording_drivers, 0, diag);
 	if (err)
 		return err == -ENOMEM ? EXIT_CODE_INTERNAL : EXIT_CODE_BAD_INPUT;
 	if (tracker_scratch_create(&r->scratch) < 0) {

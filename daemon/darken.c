@@ -16,17 +16,13 @@
 #define BUSY_PATIENCE_NS (500 * NS_PER_MS)
 
 /* What the station had may be held for a moment by its guard, which darkens it too. */
-static int open_trigger(struct trigger **out, const char *address, struct diag *diag)
+static int open_trigger(struct trigger **out, const struct trigger_driver *driver, const char *rest,
+			struct diag *diag)
 {
 	int64_t until_ns = clock_now_ns() + BUSY_PATIENCE_NS;
-	const char *rest;
-	const struct trigger_driver *driver =
-		trigger_driver_find(trigger_drivers, address, &rest, diag);
 	struct diag busy = {0};
 	int err;
 
-	if (!driver)
-		return -EINVAL;
 	while ((err = driver->open(out, rest, &busy)) == -EBUSY && clock_now_ns() < until_ns) {
 		diag_finish(&busy);
 		clock_sleep_until(clock_now_ns() + 5 * NS_PER_MS);
@@ -39,14 +35,23 @@ static int open_trigger(struct trigger **out, const char *address, struct diag *
 
 static int darken_trigger(const char *address, struct diag *diag)
 {
+	struct sim_options any = {0};
 	struct trigger *trigger;
-	int err = open_trigger(&trigger, address, diag);
+	const char *rest;
+	const struct trigger_driver *driver =
+		trigger_driver_find(trigger_drivers, address, &rest, diag);
+	int err = driver ? 0 : -EINVAL;
 
-	if (err)
-		return err;
-	trigger->driver->disarm(trigger);
-	trigger->driver->close(trigger);
-	return 0;
+	if (driver == &sim_trigger_driver)
+		err = sim_world_open(&any, 0, diag); /* it wants a world */
+	if (!err)
+		err = open_trigger(&trigger, driver, rest, diag);
+	if (!err) {
+		driver->disarm(trigger);
+		driver->close(trigger);
+	}
+	sim_world_close();
+	return err;
 }
 
 /* systemd tells ExecStopPost how the station ended. One that was refused because another runs has
@@ -61,19 +66,11 @@ static bool was_refused(void)
 enum exit_code darken(const char *config_path, struct diag *diag)
 {
 	static struct config config; /* large */
-	struct sim_options any = {0};
 
 	if (was_refused())
 		return EXIT_CODE_OK;
 	int err = config_load(&config, config_path, diag);
 	if (err)
 		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
-	bool simulated = strncmp(config.trigger, "sim", 3) == 0;
-	if (simulated)
-		err = sim_world_open(&any, 0, diag); /* its trigger wants a world */
-	if (!err)
-		err = darken_trigger(config.trigger, diag);
-	if (simulated)
-		sim_world_close();
-	return exit_code_of(err, EXIT_CODE_DEVICE);
+	return exit_code_of(darken_trigger(config.trigger, diag), EXIT_CODE_DEVICE);
 }

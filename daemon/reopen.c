@@ -15,15 +15,16 @@ static void *run_attempt(void *argument)
 	if (device->camera)
 		device->driver->close(device->camera);
 	device->camera = NULL;
-	reopener->error = open_camera_by_config(device, reopener->stage, reopener->camera,
-						reopener->drivers, &reopener->diag);
+	reopener->error =
+		open_camera_by_config(device, reopener->stage, reopener->camera, reopener->drivers,
+				      reopener->fires, &reopener->diag);
 	atomic_store(&reopener->done, true);
 	clock_release();
 	return NULL;
 }
 
 bool reopen_begin(struct reopener *reopener, const struct stage *stage,
-		  const struct camera_driver *const *drivers, uint32_t index,
+		  const struct camera_driver *const *drivers, uint32_t fires, uint32_t index,
 		  const struct open_camera *lost)
 {
 	if (reopener->busy)
@@ -31,6 +32,7 @@ bool reopen_begin(struct reopener *reopener, const struct stage *stage,
 	diag_finish(&reopener->diag);
 	reopener->stage = stage;
 	reopener->drivers = drivers;
+	reopener->fires = fires;
 	reopener->camera = index;
 	reopener->device = *lost;
 	atomic_store(&reopener->done, false);

@@ -19,6 +19,7 @@ struct reopener {
 	/* helper thread; the control thread after `done` */
 	const struct stage *stage;
 	const struct camera_driver *const *drivers;
+	uint32_t fires;            /* of the trigger */
 	struct open_camera device; /* the lost one to close, then the one that came back */
 	struct diag diag;
 	int error;
@@ -28,7 +29,7 @@ struct reopener {
 /* Closes `lost` (which may already be closed) and tries to open camera `index` again. Does nothing,
  * and returns false, while busy with another. */
 bool reopen_begin(struct reopener *reopener, const struct stage *stage,
-		  const struct camera_driver *const *drivers, uint32_t index,
+		  const struct camera_driver *const *drivers, uint32_t fires, uint32_t index,
 		  const struct open_camera *lost);
 
 /* True once when an attempt is over: then `camera`, `error` and `device` hold its result, and

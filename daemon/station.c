@@ -186,7 +186,8 @@ static enum exit_code open_devices(struct station *station, struct diag *diag)
 
 	if (err)
 		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
-	err = open_cameras(devices, &station->stage, UINT32_MAX, camera_drivers, diag);
+	err = open_cameras(devices, &station->stage, UINT32_MAX, camera_drivers,
+			   trigger_fires(trigger_drivers, station->stage.config.trigger), diag);
 	if (err)
 		return open_exit_code(err);
 	if (stall_disks(&station->stage.config, devices, diag) < 0) {

@@ -161,8 +161,10 @@ static void watch_camera(struct station *station, uint32_t index)
 			log_about(LOG_LEVEL_INFO, &camera, "camera %s: the recording is over",
 				  capture->name);
 	}
-	if (state == CAPTURE_LOST && reopen_begin(&station->reopener, &station->stage,
-						  camera_drivers, index, &capture->device))
+	if (state == CAPTURE_LOST &&
+	    reopen_begin(&station->reopener, &station->stage, camera_drivers,
+			 trigger_fires(trigger_drivers, station->stage.config.trigger), index,
+			 &capture->device))
 		capture->device.camera = NULL;
 }
 

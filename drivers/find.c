@@ -65,3 +65,13 @@ const struct trigger_driver *trigger_driver_find(const struct trigger_driver *co
 	diag_add(diag, "trigger %s: no such trigger; there are %s", address, known);
 	return NULL;
 }
+
+uint32_t trigger_fires(const struct trigger_driver *const *drivers, const char *address)
+{
+	struct diag unread = {0};
+	const char *rest;
+	const struct trigger_driver *driver = trigger_driver_find(drivers, address, &rest, &unread);
+
+	diag_finish(&unread);
+	return driver && driver->fires ? driver->fires(rest) : 0;
+}

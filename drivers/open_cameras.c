@@ -64,20 +64,9 @@ static int check_images(const struct stage *stage, uint32_t index,
 			      granted->height_px, diag);
 }
 
-/* Whether the trigger has a line to cameras of this role (gpio:CHIP,ir=LINE,hd=LINE): then they
- * wait for its edges. */
-static bool is_wired(const char *trigger, enum camera_role role)
-{
-	const char *key = role == ROLE_HD ? "hd=" : "ir=";
-
-	for (const char *at = trigger; (at = strpbrk(at, ":,")); at++)
-		if (strncmp(at + 1, key, strlen(key)) == 0)
-			return true;
-	return false;
-}
-
 int open_camera_by_config(struct open_camera *out, const struct stage *stage, uint32_t index,
-			  const struct camera_driver *const *drivers, struct diag *diag)
+			  const struct camera_driver *const *drivers, uint32_t fires,
+			  struct diag *diag)
 {
 	const struct config_camera *wanted = &stage->config.cameras[index];
 	struct open_camera opened = {0};
@@ -102,7 +91,8 @@ int open_camera_by_config(struct open_camera *out, const struct stage *stage, ui
 	if (err)
 		return err;
 	opened.wanted = wanted->wanted;
-	opened.wanted.triggered = is_wired(stage->config.trigger, wanted->role);
+	opened.wanted.triggered =
+		fires & (wanted->role == ROLE_HD ? TRIGGER_FIRES_HD : TRIGGER_FIRES_IR);
 	err = opened.driver->configure(opened.camera, &opened.wanted, &opened.granted, diag);
 	if (!err)
 		err = check_images(stage, index, &opened.granted, diag);
@@ -115,7 +105,7 @@ int open_camera_by_config(struct open_camera *out, const struct stage *stage, ui
 }
 
 int open_cameras(struct open_camera *out, const struct stage *stage, uint32_t camera_mask,
-		 const struct camera_driver *const *drivers, struct diag *diag)
+		 const struct camera_driver *const *drivers, uint32_t fires, struct diag *diag)
 {
 	uint32_t count = stage->config.camera_count;
 	int first_err = 0;
@@ -124,7 +114,7 @@ int open_cameras(struct open_camera *out, const struct stage *stage, uint32_t ca
 	for (uint32_t c = 0; c < count; c++) {
 		if (!(camera_mask >> c & 1))
 			continue;
-		int err = open_camera_by_config(&out[c], stage, c, drivers, diag);
+		int err = open_camera_by_config(&out[c], stage, c, drivers, fires, diag);
 		if (err && !first_err)
 			first_err = err;
 	}

@@ -13,15 +13,17 @@ struct open_camera {
 	struct camera_mode wanted, granted;
 };
 
-/* Opens camera `index` of the config. Returns 0 or a negative errno (-EINVAL: its images do not
- * fit) with a message; `*out` untouched on failure. Control thread. */
+/* Opens camera `index` of the config, to wait for edges where the trigger `fires` (bits of enum
+ * trigger_fires; 0 for recordings) cameras of its role. Returns 0 or a negative errno (-EINVAL: its
+ * images do not fit) with a message; `*out` untouched on failure. Control thread. */
 int open_camera_by_config(struct open_camera *out, const struct stage *stage, uint32_t index,
-			  const struct camera_driver *const *drivers, struct diag *diag);
+			  const struct camera_driver *const *drivers, uint32_t fires,
+			  struct diag *diag);
 
 /* Opens those of `camera_mask` into `out[config.camera_count]`. Tries every one, so that one run
  * reports every error; returns the first error, with all closed again. */
 int open_cameras(struct open_camera *out, const struct stage *stage, uint32_t camera_mask,
-		 const struct camera_driver *const *drivers, struct diag *diag);
+		 const struct camera_driver *const *drivers, uint32_t fires, struct diag *diag);
 void close_cameras(struct open_camera *cameras, uint32_t count);
 
 /* The median of the periods that those of `camera_mask` were granted: one that is wrong about its

@@ -54,6 +54,13 @@ struct trigger_info {
 
 typedef void trigger_found_fn(const struct trigger_info *info, void *user);
 
+/* What an address has a trigger fire: bits of trigger_driver.fires(). */
+enum trigger_fires {
+	TRIGGER_FIRES_IR = 1 << 0, /* exposes the IR cameras: they wait for its edges */
+	TRIGGER_FIRES_STROBE = 1 << 1,
+	TRIGGER_FIRES_HD = 1 << 2, /* triggers the HD cameras */
+};
+
 struct trigger_driver;
 
 struct trigger {
@@ -72,6 +79,10 @@ struct trigger_driver {
 	 * touching it: 0, or -EINVAL with a message. NULL: any is. */
 	int (*check)(const char *rest, const struct trigger_plan *plan, struct diag *diag);
 
+	/* Bits of enum trigger_fires, its usual lines among them where the address names none; 0
+	 * for an address that does not read. NULL: it fires no device. */
+	uint32_t (*fires)(const char *rest);
+
 	int (*open)(struct trigger **out, const char *rest, struct diag *diag);
 	void (*close)(struct trigger *trigger); /* accepts NULL */
 
@@ -89,3 +100,7 @@ struct trigger_driver {
 const struct trigger_driver *trigger_driver_find(const struct trigger_driver *const *drivers,
 						 const char *address, const char **rest,
 						 struct diag *diag);
+
+/* What the trigger of an address fires: bits of enum trigger_fires, 0 when there is none of its
+ * name. */
+uint32_t trigger_fires(const struct trigger_driver *const *drivers, const char *address);

@@ -158,7 +158,8 @@ static void measure_camera(struct doctor *doctor, struct firing *firing, const s
 	struct open_camera opened;
 	struct light_seen seen;
 	struct diag diag = {0};
-	int err = open_camera_by_config(&opened, stage, c, live_drivers, &diag);
+	uint32_t fires = trigger_fires(live_triggers, stage->config.trigger);
+	int err = open_camera_by_config(&opened, stage, c, live_drivers, fires, &diag);
 
 	if (!err) {
 		err = look_in_turn(&seen, firing, stage, c, opened.camera, &diag);

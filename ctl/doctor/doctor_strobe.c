@@ -7,38 +7,27 @@
 
 #include "base/clock.h"
 #include "ctl/doctor/doctor.h"
+#include "ctl/program_drivers.h"
 #include "drivers/gpio/gpio_find.h"
 #include "drivers/gpio/trigger_gpio.h"
 
-/* Of the trigger's address: by GPIO lines it must be wired; an adapter has one unless it is told
- * its lines. */
 static bool has_strobe(const struct config *config)
 {
-	const char *trigger = config->trigger;
-
-	if (config->plan.strobe_width_ns <= 0)
-		return false;
-	if (strncmp(trigger, "gpio:", 5) == 0)
-		return strstr(trigger, ",strobe=") != NULL;
-	return strcmp(trigger, "usb") == 0 ||
-	       (strncmp(trigger, "usb:", 4) == 0 &&
-		(strstr(trigger, "strobe=") || !strchr(trigger, '=')));
+	return config->plan.strobe_width_ns > 0 &&
+	       trigger_fires(live_triggers, config->trigger) & TRIGGER_FIRES_STROBE;
 }
 
-static void check_duty(struct doctor *doctor)
+/* A config whose strobe burns for longer is refused before. */
+static void show_duty(struct doctor *doctor)
 {
 	const struct trigger_plan *plan = &doctor->config->plan;
 	double duty = (double)plan->strobe_width_ns / (double)plan->period_ns;
-	bool good = duty <= plan->strobe_duty_max;
-	struct finding *finding =
-		doctor_find(doctor, good ? FINDING_OK : FINDING_PROBLEM, "strobe's duty");
+	struct finding *finding = doctor_find(doctor, FINDING_OK, "strobe's duty");
 
 	doctor_say(finding->measured, "%.0f us of each %.0f us: %.1f %%",
 		   (double)plan->strobe_width_ns / NS_PER_US, (double)plan->period_ns / NS_PER_US,
 		   100 * duty);
 	doctor_say(finding->limit, "strobe_duty_max %.1f %%", 100 * plan->strobe_duty_max);
-	if (!good)
-		doctor_say(finding->remedy, "a smaller strobe_width_us");
 }
 
 static void ask_for_one_shot(struct doctor *doctor)
@@ -162,7 +151,7 @@ void doctor_check_strobe(struct doctor *doctor)
 		doctor_say(finding->measured, "none is driven by this machine");
 		return;
 	}
-	check_duty(doctor);
+	show_duty(doctor);
 	check_one_shot(doctor);
 	check_pull_down(doctor);
 	check_level(doctor);

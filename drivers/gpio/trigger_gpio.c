@@ -243,6 +243,7 @@ const struct trigger_driver gpio_trigger_driver = {
 	.reports_edges = true,
 	.list = gpio_list,
 	.check = gpio_trigger_check,
+	.fires = gpio_address_fires,
 	.open = gpio_trigger_open,
 	.close = gpio_trigger_close,
 	.arm = gpio_arm,

@@ -25,4 +25,7 @@ struct gpio_address {
 int gpio_address_parse(struct gpio_address *out, const char *rest, const char *who,
 		       struct diag *diag);
 
+/* trigger_driver.fires() */
+uint32_t gpio_address_fires(const char *rest);
+
 extern const struct trigger_driver gpio_trigger_driver;

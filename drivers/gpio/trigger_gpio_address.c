@@ -110,3 +110,19 @@ int gpio_address_parse(struct gpio_address *out, const char *rest, const char *w
 		*out = address;
 	return err;
 }
+
+/* Of a genlock whose pulses a line follows, or none does: what exposes the IR cameras is one of the
+ * two. Its source reaches HD cameras too when nothing here does. */
+uint32_t gpio_address_fires(const char *rest)
+{
+	struct gpio_address address;
+
+	if (gpio_address_parse(&address, rest, "", NULL))
+		return 0;
+	bool ir = *address.lines[PULSE_IR].name, strobe = *address.lines[PULSE_STROBE].name,
+	     hd = *address.lines[PULSE_HD].name;
+	bool source_alone = address.genlock && !ir && !strobe && !hd;
+
+	return (ir || address.genlock ? TRIGGER_FIRES_IR : 0) |
+	       (strobe ? TRIGGER_FIRES_STROBE : 0) | (hd || source_alone ? TRIGGER_FIRES_HD : 0);
+}

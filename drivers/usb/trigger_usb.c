@@ -236,6 +236,7 @@ const struct trigger_driver usb_trigger_driver = {
 	.reports_edges = true,
 	.list = usb_list,
 	.check = usb_check,
+	.fires = usb_address_fires,
 	.open = usb_open,
 	.close = usb_close,
 	.arm = usb_arm,

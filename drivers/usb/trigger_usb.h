@@ -21,4 +21,7 @@ struct usb_address {
 int usb_address_parse(struct usb_address *out, const char *rest, const char *who,
 		      struct diag *diag);
 
+/* trigger_driver.fires() */
+uint32_t usb_address_fires(const char *rest);
+
 extern const struct trigger_driver usb_trigger_driver;

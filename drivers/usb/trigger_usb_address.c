@@ -97,3 +97,14 @@ int usb_address_parse(struct usb_address *out, const char *rest, const char *who
 	*out = address;
 	return 0;
 }
+
+uint32_t usb_address_fires(const char *rest)
+{
+	struct usb_address address;
+
+	if (usb_address_parse(&address, rest, "", NULL))
+		return 0;
+	return (address.bits[PULSE_IR] ? TRIGGER_FIRES_IR : 0) |
+	       (address.bits[PULSE_STROBE] ? TRIGGER_FIRES_STROBE : 0) |
+	       (address.bits[PULSE_HD] ? TRIGGER_FIRES_HD : 0);
+}

@@ -13,7 +13,10 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "drivers/gpio/trigger_gpio.h"
 #include "drivers/open_cameras.h"
+#include "drivers/trigger_free.h"
+#include "drivers/usb/trigger_usb.h"
 
 static struct camera_mode offered, asked;
 static struct camera opened;
@@ -66,7 +69,7 @@ static int open_rolling(enum camera_role role, int64_t delay_us, int64_t width_u
 						   .ir_exposure_ns = 6 * NS_PER_MS,
 						   .strobe_delay_ns = delay_us * NS_PER_US,
 						   .strobe_width_ns = width_us * NS_PER_US};
-	int error = open_camera_by_config(&camera, stage, 0, drivers, diag);
+	int error = open_camera_by_config(&camera, stage, 0, drivers, 0, diag);
 
 	free(stage);
 	return error;
@@ -110,12 +113,15 @@ static void settings_of_a_network_are_refused_of_a_driver_without_one(void **sta
 	strcpy(stage->config.cameras[0].name, "ir0");
 	strcpy(stage->config.cameras[0].address, "stub:0");
 	stage->config.cameras[0].wanted.clock = CAMERA_CLOCK_PTP;
-	assert_int_equal(open_camera_by_config(&camera, stage, 0, drivers, &diag), -EINVAL);
+	assert_int_equal(open_camera_by_config(&camera, stage, 0, drivers, 0, &diag), -EINVAL);
 	assert_int_equal(diag.count, 1);
 	assert_non_null(strstr(diag.text, "camera ir0: clock and receive"));
 	diag_finish(&diag);
 	free(stage);
 }
+
+static const struct trigger_driver *const triggers[] = {&free_trigger_driver, &gpio_trigger_driver,
+							&usb_trigger_driver, NULL};
 
 static bool waits_for_edges(const char *trigger, enum camera_role role)
 {
@@ -125,25 +131,46 @@ static bool waits_for_edges(const char *trigger, enum camera_role role)
 
 	assert_non_null(stage);
 	offered = (struct camera_mode){.width_px = 64, .height_px = 64};
-	strcpy(stage->config.trigger, trigger);
 	stage->config.camera_count = 1;
 	stage->config.cameras[0].role = role;
 	strcpy(stage->config.cameras[0].name, "c0");
 	strcpy(stage->config.cameras[0].address, "stub:0");
-	assert_int_equal(open_camera_by_config(&camera, stage, 0, drivers, &diag), 0);
+	assert_int_equal(open_camera_by_config(&camera, stage, 0, drivers,
+					       trigger_fires(triggers, trigger), &diag),
+			 0);
 	assert_int_equal(camera.wanted.triggered, asked.triggered);
 	free(stage);
 	return asked.triggered;
 }
 
-static void cameras_that_the_trigger_has_a_line_to_wait_for_its_edges(void **state)
+static void cameras_that_the_trigger_fires_wait_for_its_edges(void **state)
 {
+	static const struct {
+		const char *trigger;
+		bool ir, hd;
+	} forms[] = {
+		{"gpio:chip0,ir=A,strobe=B,hd=C", true, true},
+		{"gpio:chip0,ir=A,strobe=B", true, false},
+		{"gpio:chip0,strobe=B", false, false},
+		{"gpio:chip0,genlock=IN", true, true}, /* by the source */
+		{"gpio:chip0,genlock=IN,strobe=B", true, false},
+		{"gpio:chip0,genlock=IN,ir=A,hd=C", true, true},
+		{"gpio:chip0,ir=A,exposure=IN", true, false},
+		{"usb", true, true}, /* by its usual lines */
+		{"usb:FT1", true, true},
+		{"usb:FT1,ir=D5", true, false},
+		{"usb:strobe=D6,hd=D7", false, true},
+		{"usb:FT1,ir=D9", false, false},
+		{"gpio:", false, false},
+		{"free", false, false},
+		{"laser:ir=A", false, false},
+	};
+
 	(void)state;
-	assert_true(waits_for_edges("gpio:chip0,ir=A,strobe=B,hd=C", ROLE_IR));
-	assert_true(waits_for_edges("gpio:chip0,ir=A,strobe=B,hd=C", ROLE_HD));
-	assert_false(waits_for_edges("gpio:chip0,ir=A,strobe=B", ROLE_HD));
-	assert_false(waits_for_edges("free", ROLE_IR));
-	assert_false(waits_for_edges("sim", ROLE_IR));
+	for (size_t i = 0; i < sizeof(forms) / sizeof(*forms); i++) {
+		assert_int_equal(waits_for_edges(forms[i].trigger, ROLE_IR), forms[i].ir);
+		assert_int_equal(waits_for_edges(forms[i].trigger, ROLE_HD), forms[i].hd);
+	}
 }
 
 int main(void)
@@ -151,7 +178,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(rolling_shutter_needs_a_strobe_while_all_rows_are_open),
 		cmocka_unit_test(hd_camera_may_roll),
-		cmocka_unit_test(cameras_that_the_trigger_has_a_line_to_wait_for_its_edges),
+		cmocka_unit_test(cameras_that_the_trigger_fires_wait_for_its_edges),
 		cmocka_unit_test(settings_of_a_network_are_refused_of_a_driver_without_one),
 	};
 
