@@ -204,17 +204,19 @@ def print_table(rows):
     print(f"{'scene':22} {'level':5} {'renderer':8} {'right %':>8} {'mean':>8} {'unnamed':>7} {'wrong':>5} {'swaps':>5} "
           f"{'ghosts':>6} {'unseen':>6} {'rms mm':>7}  {'NEES/3 by 2, 3, 4, 5+':23} {'in 95 % ellipsoids':23} {'predicted':>11}  {'worst seed, m/s':14}  verdict")
     for row in rows:
-        nees, inside = ("".join(f"{b[what] * scale:5.{digits}f} " if b["count"] >= BIN_LEAST else "    - "
-                                for b in row["by_cameras"])
+        nees, inside = ("".join(f"{b[what] * scale:5.{digits}f}{' ' if b['count'] >= BIN_LEAST else '?'}"
+                                if b["count"] else "    - " for b in row["by_cameras"])
                         for what, scale, digits in (("nees_per_axis", 1, 2), ("ellipsoid_share", 100, 1)))
         filled = row["predicted"]
-        predicted = (f"{filled['nees_per_axis']:5.2f} {100 * filled['ellipsoid_share']:5.1f}"
-                     if filled["count"] >= BIN_LEAST else f"{'-':>11}")
+        judged = " " if filled["count"] >= BIN_LEAST else "?"
+        predicted = (f"{filled['nees_per_axis']:5.2f} {100 * filled['ellipsoid_share']:5.1f}{judged}"
+                     if filled["count"] else f"{'-':>11} ")
         print(f"{row['scene']:22} {row['level']:5} {row['optics']:8} {100 * row['right_share_worst']:8.3f} "
               f"{100 * row['right_share_mean']:8.3f} {100 * row['unnamed_share']:7.3f} {row['wrong']:5} "
-              f"{row['swapped']:5} {row['ghosts']:6} {row['unseen']:6} {row['rms_mm']:7.4f} {nees} {inside} {predicted}  "
+              f"{row['swapped']:5} {row['ghosts']:6} {row['unseen']:6} {row['rms_mm']:7.4f} {nees} {inside} {predicted} "
               f"{row['worst_play']:14}  "
               f"{'FAILED: ' + ', '.join(row['misses']) if row['misses'] else 'passed'}")
+    print(f"?: fewer than {BIN_LEAST} markers, not judged; -: none")
 
 
 def print_failures(rows):

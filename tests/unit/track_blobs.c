@@ -159,6 +159,23 @@ static void saturated_spots_are_flagged_and_good_to_a_fiftieth_pixel(void **stat
 	assert_true(score.rms_px < 0.015);
 }
 
+static void sigma_of_clipped_spots_follows_their_rims(void **state)
+{
+	static const double brightest[] = {320, 1000};
+
+	(void)state;
+	for (int k = 0; k < 2; k++) {
+		struct field field = ordinary;
+		struct score score;
+
+		field.low.amplitude = brightest[k] - 50;
+		field.high.amplitude = brightest[k];
+		score = run_field(&field, 4);
+		assert_true(score.normalised > 0.75);
+		assert_true(score.normalised < 1.33);
+	}
+}
+
 static void near_markers_are_as_good(void **state)
 {
 	struct field field = ordinary;
@@ -269,6 +286,7 @@ int main(void)
 		cmocka_unit_test(centroids_come_near_the_cramer_rao_bound),
 		cmocka_unit_test(sigma_is_the_error_that_is_made),
 		cmocka_unit_test(saturated_spots_are_flagged_and_good_to_a_fiftieth_pixel),
+		cmocka_unit_test(sigma_of_clipped_spots_follows_their_rims),
 		cmocka_unit_test(near_markers_are_as_good),
 		cmocka_unit_test(discs_seen_obliquely_are_one_spot),
 		cmocka_unit_test(skin_glow_neither_bends_nor_adds_spots),

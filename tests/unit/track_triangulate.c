@@ -250,6 +250,33 @@ static void covariances_are_true_where_it_is_not_plain_who_lies(void **state)
 	}
 }
 
+static void a_poor_view_is_used_and_the_covariance_says_so(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[VIEWS];
+	struct fix fix;
+	int used = 0, doubted = 0;
+	double sum = 0;
+
+	(void)state;
+	rng_init(&rng, 14, 0);
+	for (int trial = 0; trial < 3000; trial++) {
+		struct vec3 p = random_point(&rng);
+
+		sight_with_liar(&rng, p, 3, 0.05, 0.2, sightings);
+		assert_int_equal(triangulate(sightings, 3, NULL, &fix), 0);
+		if (fix.chi2_per_dof < 3)
+			continue;
+		doubted++;
+		used += fix.used_count == 3;
+		sum += squared_sigmas(vec3_sub(fix.p_stage_m, p), fix.cov_m2) / 3;
+	}
+	print_message("# %d of %d use all, nees / 3 = %.2f\n", used, doubted, sum / doubted);
+	assert_true(doubted > 300);
+	assert_true(used > 0.9 * doubted);
+	assert_true(sum / doubted > 0.6 && sum / doubted < 1.25);
+}
+
 static void a_merged_blob_is_the_first_to_be_suspected(void **state)
 {
 	struct rng rng;
@@ -305,6 +332,7 @@ int main(void)
 		cmocka_unit_test(points_project_together_as_one_by_one),
 		cmocka_unit_test(a_view_far_off_pulls_nobody),
 		cmocka_unit_test(covariances_are_true_where_it_is_not_plain_who_lies),
+		cmocka_unit_test(a_poor_view_is_used_and_the_covariance_says_so),
 		cmocka_unit_test(a_merged_blob_is_the_first_to_be_suspected),
 		cmocka_unit_test(sigmas_that_are_all_too_small_leave_no_view_out),
 	};
