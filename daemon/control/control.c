@@ -1,5 +1,5 @@
 /*
- * Clients of the control socket: bytes in, messages out of them, replies back.
+ * The control socket: who comes and goes, and who waits for what.
  */
 #include "daemon/control/control.h"
 
@@ -13,26 +13,11 @@
 
 #include "base/clock.h"
 #include "base/log.h"
-#include "daemon/control/control_methods.h"
+#include "daemon/control/control_client.h"
 #include "daemon/listen.h"
 
 #define STALL_NS (5 * NS_PER_S) /* for the rest of a request, or for reading a reply */
 #define PREVIEW_WAIT_NS (2 * NS_PER_S)
-
-struct control_client {
-	struct control *control;
-	int fd; /* -1: this place is free */
-	sd_event_source *source;
-	char *in; /* CONTROL_MESSAGE_BYTES, owned */
-	size_t in_bytes;
-	char *out; /* reply under way, owned */
-	size_t out_bytes, out_sent;
-	int out_fd;                 /* goes with its first byte; the station's; -1: none */
-	int64_t progress_ns;        /* when a byte last moved */
-	enum permission permission; /* when it connected */
-	struct wait wait;
-	bool oneway; /* the request under way wants no reply */
-};
 
 struct control {
 	struct control_context context;
@@ -44,185 +29,6 @@ struct control {
 	char path[PATH_MAX];
 	struct control_client clients[CONTROL_CLIENT_MAX];
 };
-
-static void client_close(struct control_client *client)
-{
-	struct wait wait = client->wait;
-	struct control *control = client->control;
-
-	sd_event_source_disable_unref(client->source);
-	close(client->fd);
-	free(client->in);
-	free(client->out);
-	*client = (struct control_client){.fd = -1, .out_fd = -1};
-	if (wait.kind == WAIT_HOLD)
-		calibrated_by_nobody(control->context.station, wait.run);
-}
-
-static void client_cut_off(struct control_client *client)
-{
-	client->control->stats.cut_off_count++;
-	client_close(client);
-}
-
-static void client_listen(struct control_client *client)
-{
-	/* while a reply is under way nothing more is read: a client cannot pile up requests */
-	sd_event_source_set_io_events(client->source, client->out         ? EPOLLOUT
-						      : client->wait.kind ? EPOLLHUP
-									  : EPOLLIN);
-}
-
-/* Of the reply, with its descriptor when there is one. */
-static ssize_t send_some(struct control_client *client)
-{
-	char room[CMSG_SPACE(sizeof(int))] __attribute__((aligned(sizeof(struct cmsghdr)))) = {0};
-	struct iovec bytes = {client->out + client->out_sent, client->out_bytes - client->out_sent};
-	struct msghdr message = {.msg_iov = &bytes, .msg_iovlen = 1};
-
-	if (client->out_fd >= 0) {
-		message.msg_control = room;
-		message.msg_controllen = sizeof(room);
-		struct cmsghdr *with = CMSG_FIRSTHDR(&message);
-		*with = (struct cmsghdr){CMSG_LEN(sizeof(int)), SOL_SOCKET, SCM_RIGHTS};
-		memcpy(CMSG_DATA(with), &client->out_fd, sizeof(int));
-	}
-	ssize_t sent = sendmsg(client->fd, &message, MSG_NOSIGNAL | MSG_DONTWAIT);
-
-	if (sent > 0)
-		client->out_fd = -1;
-	return sent;
-}
-
-/* False when the client is gone. */
-static bool client_send(struct control_client *client)
-{
-	while (client->out_sent < client->out_bytes) {
-		ssize_t sent = send_some(client);
-
-		if (sent < 0 && errno == EAGAIN)
-			return true;
-		if (sent < 0) {
-			client_close(client);
-			return false;
-		}
-		client->out_sent += (size_t)sent;
-		client->progress_ns = clock_real_now_ns();
-	}
-	free(client->out);
-	client->out = NULL;
-	return true;
-}
-
-/* Takes the text over. False when the client is gone. */
-static bool client_reply_text(struct control_client *client, char *text)
-{
-	bool oneway = client->oneway;
-
-	client->oneway = false;
-	client->progress_ns = clock_real_now_ns();
-	if (oneway)
-		free(text);
-	else
-		client->out = text;
-	if (oneway)
-		return true;
-	if (!client->out) {
-		client_cut_off(client);
-		return false;
-	}
-	client->out_bytes = strlen(client->out) + 1;
-	client->out_sent = 0;
-	return client_send(client);
-}
-
-/* Takes the reply over. False when the client is gone. */
-static bool client_reply(struct control_client *client, json_t *reply)
-{
-	char *text = json_dumps(reply, JSON_COMPACT);
-
-	json_decref(reply);
-	return client_reply_text(client, text);
-}
-
-/* One request, in[0 .. size_bytes). False when the client is gone. */
-static bool client_request(struct control_client *client, size_t size_bytes)
-{
-	json_t *request = json_loadb(client->in, size_bytes, 0, NULL);
-
-	if (!json_is_object(request) || !json_is_string(json_object_get(request, "method"))) {
-		json_decref(request);
-		client_cut_off(client);
-		return false;
-	}
-	client->oneway = json_is_true(json_object_get(request, "oneway"));
-	client->out_fd = -1;
-	json_t *reply = control_call(&client->control->context, client->permission, request,
-				     &client->wait, &client->out_fd);
-	json_decref(request);
-	if (!reply) {
-		client->progress_ns = clock_real_now_ns();
-		return true;
-	}
-	return client_reply(client, reply);
-}
-
-/* Answers the whole requests that have come, one after the other. */
-static void client_work(struct control_client *client)
-{
-	while (!client->out && !client->wait.kind) {
-		char *end = memchr(client->in, '\0', client->in_bytes);
-
-		if (!end)
-			break;
-		size_t size_bytes = (size_t)(end - client->in);
-		if (!client_request(client, size_bytes))
-			return;
-		client->in_bytes -= size_bytes + 1;
-		memmove(client->in, end + 1, client->in_bytes);
-	}
-	if (client->in_bytes == CONTROL_MESSAGE_BYTES && !client->out && !client->wait.kind) {
-		client_cut_off(client);
-		return;
-	}
-	client_listen(client);
-}
-
-static void client_receive(struct control_client *client)
-{
-	ssize_t got = recv(client->fd, client->in + client->in_bytes,
-			   CONTROL_MESSAGE_BYTES - client->in_bytes, MSG_DONTWAIT);
-
-	if (got < 0 && (errno == EAGAIN || errno == EINTR))
-		return;
-	if (got <= 0) {
-		if (client->in_bytes > 0)
-			client_cut_off(client); /* went away inside a request */
-		else
-			client_close(client);
-		return;
-	}
-	client->in_bytes += (size_t)got;
-	client->progress_ns = clock_real_now_ns();
-	client_work(client);
-}
-
-static int on_client(sd_event_source *source, int fd, uint32_t events, void *user)
-{
-	struct control_client *client = user;
-
-	(void)source;
-	(void)fd;
-	if (events & EPOLLOUT) {
-		if (client_send(client))
-			client_work(client);
-	} else if (events & EPOLLIN) {
-		client_receive(client);
-	} else {
-		client_close(client);
-	}
-	return 0;
-}
 
 /* When all places are taken, the client that has been silent longest makes room. */
 static struct control_client *free_place(struct control *control)
@@ -239,7 +45,7 @@ static struct control_client *free_place(struct control *control)
 	}
 	if (clock_real_now_ns() - silent->progress_ns < STALL_NS)
 		return NULL;
-	client_cut_off(silent);
+	control_client_cut_off(silent);
 	return silent;
 }
 
@@ -254,14 +60,15 @@ static int on_connect(sd_event_source *source, int fd, uint32_t events, void *us
 		return 0;
 	struct control_client *client = free_place(control);
 	char *in = client ? malloc(CONTROL_MESSAGE_BYTES) : NULL;
-	if (!in || sd_event_add_io(control->event, &client->source, client_fd, EPOLLIN, on_client,
-				   client) < 0) {
+	if (!in || sd_event_add_io(control->event, &client->source, client_fd, EPOLLIN,
+				   control_client_event, client) < 0) {
 		free(in);
 		close(client_fd);
 		control->stats.refused_count++;
 		return 0;
 	}
-	client->control = control;
+	client->context = &control->context;
+	client->stats = &control->stats;
 	client->fd = client_fd;
 	client->in = in;
 	client->permission = peer_permission_of_socket(&control->rules, client_fd);
@@ -304,7 +111,7 @@ void control_destroy(struct control *control)
 		return;
 	for (int i = 0; i < CONTROL_CLIENT_MAX; i++)
 		if (control->clients[i].fd >= 0)
-			client_close(&control->clients[i]);
+			control_client_close(&control->clients[i]);
 	sd_event_source_disable_unref(control->source);
 	close(control->fd);
 	unlink(control->path);
@@ -318,11 +125,11 @@ void control_set_server(struct control *control, const struct server *server)
 
 static void answer_preview(struct control_client *client, bool ready)
 {
-	char *reply = preview_reply(client->control->context.station, client->wait.camera, ready);
+	char *reply = preview_reply(client->context->station, client->wait.camera, ready);
 
 	client->wait = (struct wait){0};
-	if (client_reply_text(client, reply))
-		client_work(client);
+	if (control_client_reply_text(client, reply))
+		control_client_work(client);
 }
 
 static void log_swap(const struct rig_swap *swap, enum rig_swap_state state)
@@ -349,8 +156,8 @@ static void answer_rig(struct control *control)
 		if (client->fd < 0 || client->wait.kind != WAIT_RIG)
 			continue;
 		client->wait = (struct wait){0};
-		if (client_reply(client, rig_reply(station, state)))
-			client_work(client);
+		if (control_client_reply(client, rig_reply(station, state)))
+			control_client_work(client);
 	}
 }
 
@@ -374,11 +181,11 @@ static void answer_previews(struct control *control)
 
 static void answer_observer(struct control_client *client, bool ready)
 {
-	json_t *reply = observe_reply(client->control->context.station, ready);
+	json_t *reply = observe_reply(client->context->station, ready);
 
 	client->wait = (struct wait){0};
-	if (client_reply(client, reply))
-		client_work(client);
+	if (control_client_reply(client, reply))
+		control_client_work(client);
 }
 
 static void answer_observers(struct control *control)
@@ -413,21 +220,21 @@ static void answer_follower(struct control_client *client)
 {
 	if (client->out)
 		return;
-	if (client_reply(client, status_reply(&client->control->context, true)))
-		client_listen(client);
+	if (control_client_reply(client, status_reply(client->context, true)))
+		control_client_listen(client);
 }
 
 /* It may be silent for as long as it takes. */
 static void answer_holder(struct control_client *client, int64_t now_ns)
 {
-	json_t *reply = calibrated_reply(client->control->context.station, client->wait.run);
+	json_t *reply = calibrated_reply(client->context->station, client->wait.run);
 
 	client->progress_ns = now_ns;
 	if (!reply)
 		return;
 	client->wait = (struct wait){0};
-	if (client_reply(client, reply))
-		client_work(client);
+	if (control_client_reply(client, reply))
+		control_client_work(client);
 }
 
 static void client_tick(struct control_client *client, int64_t now_ns)
@@ -436,7 +243,7 @@ static void client_tick(struct control_client *client, int64_t now_ns)
 	bool inside_request = client->in_bytes > 0 && !client->wait.kind;
 
 	if ((client->out || inside_request) && still_ns > STALL_NS)
-		client_cut_off(client);
+		control_client_cut_off(client);
 	else if (client->wait.kind == WAIT_PREVIEW && still_ns > PREVIEW_WAIT_NS)
 		answer_preview(client, false);
 	else if (client->wait.kind == WAIT_SHOT && still_ns > PREVIEW_WAIT_NS)
