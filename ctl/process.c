@@ -15,11 +15,13 @@
 #include "ctl/rig_fit.h"
 #include "ctl/shot_json.h"
 #include "ctl/take_ends.h"
+#include "ctl/take_names.h"
 
 struct process {
 	struct replay *replay;
 	struct take_ends *ends;
 	struct rig_fit *fit;
+	struct take_names names;
 	struct output_file output;
 	int64_t begin_ns, progress_ns;
 	bool show_progress, json;
@@ -46,6 +48,7 @@ static void print_summary(const struct process *p)
 		" images of shots already closed\n",
 		p->show_progress ? "\r" : "", count.shots,
 		(double)(clock_now_ns() - p->begin_ns) / NS_PER_S, count.incomplete, count.stale);
+	take_names_print(&p->names, stderr);
 	rig_fit_print(p->fit, stderr);
 }
 
@@ -53,9 +56,10 @@ static void print_summary(const struct process *p)
 static void print_summary_json(const struct process *p)
 {
 	struct replay_count count = replay_count(p->replay);
-	json_t *object = json_pack("{s:I, s:I, s:I, s:o}", "shots", (json_int_t)count.shots,
+	json_t *object = json_pack("{s:I, s:I, s:I, s:o, s:o}", "shots", (json_int_t)count.shots,
 				   "incomplete", (json_int_t)count.incomplete, "stale",
-				   (json_int_t)count.stale, "rig", rig_fit_json(p->fit));
+				   (json_int_t)count.stale, "rig", rig_fit_json(p->fit), "unnamed",
+				   take_names_json(&p->names));
 
 	json_dumpf(object, stderr, JSON_COMPACT);
 	fputc('\n', stderr);
@@ -74,6 +78,7 @@ static int run(struct process *p, struct diag *diag)
 		shot_json_write(p->output.stream, set, layout);
 		take_ends_step(p->ends, set);
 		rig_fit_step(p->fit, replay_shot(p->replay), set);
+		take_names_step(&p->names, replay_shot(p->replay), set);
 		progress(p);
 	}
 	if (output_file_commit(&p->output, diag) < 0)
@@ -98,6 +103,7 @@ static int prepare(struct process *p, const char *config_path, const char *outpu
 		return EXIT_CODE_INTERNAL;
 	p->ends = take_ends_create(&replay_stage(p->replay)->layout);
 	p->fit = rig_fit_create(replay_stage(p->replay));
+	p->names.stage = replay_stage(p->replay);
 	return p->ends && p->fit ? EXIT_CODE_OK : EXIT_CODE_INTERNAL;
 }
 

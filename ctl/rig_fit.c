@@ -271,6 +271,7 @@ json_t *rig_fit_json(const struct rig_fit *fit)
 							       config->cameras[c].name, "shift_px",
 							       fit->worst[c].shift_px, "turn_mrad",
 							       fit->worst[c].turn_mrad));
-	return json_pack("{s:f, s:o, s:o}", "residual_px", residual_px(fit), "moved", moved,
+	return json_pack("{s:o, s:o, s:o}", "residual_px",
+			 fit->measured ? json_real(residual_px(fit)) : json_null(), "moved", moved,
 			 "cameras", cameras_json(fit));
 }

@@ -19,6 +19,6 @@ void rig_fit_step(struct rig_fit *fit, const struct shot *shot, const struct mar
 /* What is bad, one line each, with the remedy; nothing when the rig fits. */
 void rig_fit_print(const struct rig_fit *fit, FILE *out);
 
-/* {"residual_px": rms, "moved": [{"camera", "shift_px", "turn_mrad"}], "cameras": [{"camera",
- * "residual_px", "residual_sigmas"}]}; a new reference. */
+/* {"residual_px": rms, null without a measured marker, "moved": [{"camera", "shift_px",
+ * "turn_mrad"}], "cameras": [{"camera", "residual_px", "residual_sigmas"}]}; a new reference. */
 json_t *rig_fit_json(const struct rig_fit *fit);

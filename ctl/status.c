@@ -163,6 +163,18 @@ static void print_stalled(const json_t *stalled)
 	json_array_foreach((json_t *)stalled, index, one) printf("%s\n", json_string_value(one));
 }
 
+/* Nothing while what the cameras see has names. */
+static void print_unnamed(const json_t *unnamed)
+{
+	if (json_is_object(unnamed))
+		printf("no names for %.0f s: cameras see %.0f spots a picture, of which %.1f "
+		       "points "
+		       "and %.1f of %" PRId64 " markers a shot are made: %s\n",
+		       number_of(unnamed, "seconds"), number_of(unnamed, "spots"),
+		       number_of(unnamed, "points"), number_of(unnamed, "named"),
+		       count_of(unnamed, "markers"), text_of(unnamed, "remedy"));
+}
+
 static void print_queue(const char *name, const json_t *queue)
 {
 	printf("queue %s: %" PRId64 " of %" PRId64 ", at most %" PRId64 " so far\n", name,
@@ -246,6 +258,7 @@ static void print_status(const json_t *status)
 		printf("the simulator itself was late with %" PRId64 " frames\n",
 		       count_of(status, "sim_late"));
 	print_stalled(json_object_get(status, "stalled"));
+	print_unnamed(json_object_get(status, "unnamed"));
 	print_cameras(json_object_get(status, "cameras"));
 	print_subscribers(json_object_get(status, "stream"));
 }

@@ -147,6 +147,18 @@ static void note_blobs(struct shot_book *book, const struct shot *shot)
 	ledger_note_blobs(&book->ledger, shot->number, blobs, shot->camera_count);
 }
 
+static void show_names(struct shot_book *book)
+{
+	const struct naming_check *found = &book->naming;
+	struct names_seen *shown = &book->names;
+
+	atomic_store_explicit(&shown->spots, found->means.spots, memory_order_relaxed);
+	atomic_store_explicit(&shown->points, found->means.points, memory_order_relaxed);
+	atomic_store_explicit(&shown->named, found->means.named, memory_order_relaxed);
+	atomic_store_explicit(&shown->naming, found->naming, memory_order_relaxed);
+	atomic_store_explicit(&shown->blocks, found->blocks_in_a_row, memory_order_release);
+}
+
 void shot_book_close(struct shot_book *book, const struct tracker_rig *rig, const struct shot *shot,
 		     const struct marker_set *set)
 {
@@ -157,6 +169,8 @@ void shot_book_close(struct shot_book *book, const struct tracker_rig *rig, cons
 	note_blobs(book, shot);
 	if (set && step_check_run(&book->step, rig, shot, set, &camera, &off_shots))
 		ledger_note_step(&book->ledger, camera, shot->number, off_shots);
+	if (set && naming_check_run(&book->naming, rig, shot, set))
+		show_names(book);
 	if (set && aim_check_run(&book->aim, rig, shot, set))
 		for (uint32_t c = 0; c < shot->camera_count; c++)
 			ledger_note_aim(&book->ledger, c, shot->number, book->aim.aims[c].shift_px,

@@ -7,6 +7,7 @@
 #include "daemon/capture.h"
 #include "daemon/pulses.h"
 #include "track/aim_check.h"
+#include "track/naming_check.h"
 #include "track/sync/ledger.h"
 #include "track/sync/step_check.h"
 
@@ -21,6 +22,13 @@ struct camera_events {
 	_Atomic bool slower, out_of_step, dark, overexposed, moved; /* now */
 };
 
+/* Whether spots become markers with names, of the newest block; likewise. */
+struct names_seen {
+	_Atomic uint32_t naming; /* enum naming */
+	_Atomic uint32_t blocks; /* in a row that were not fine */
+	_Atomic double spots, points, named;
+};
+
 struct shot_book {
 	/* set before the thread starts */
 	struct pulses *pulses; /* borrowed; NULL when no trigger reports edges */
@@ -29,10 +37,12 @@ struct shot_book {
 	struct ledger ledger;
 	struct step_check step;
 	struct aim_check aim;
+	struct naming_check naming;
 	uint32_t judged_mask;            /* cameras whose front is judged ... */
 	struct front judged[CAMERA_MAX]; /* ... as this */
 
 	struct camera_events cameras[CAMERA_MAX];
+	struct names_seen names;
 };
 
 /* Before a run. Control thread. */

@@ -163,6 +163,7 @@ enum exit_code station_start(struct station *station, enum station_event how, st
 		return station_open_exit_code(err);
 	}
 	station->started_ns = station->statistics.last_ns = clock_now_ns();
+	station->unnamed_told = false;
 	station->state = to;
 	clock_release();
 	if (!clock_is_virtual() && !station_is_realtime(station))

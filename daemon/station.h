@@ -36,6 +36,7 @@ struct station {
 	bool memory_locked;
 	bool hung; /* a thread did not end: nothing may be freed, only the process can go */
 	int64_t started_ns;       /* of the run; 0 = none yet */
+	bool unnamed_told;        /* logged once a run */
 	uint64_t newest_shot;     /* handed to the subscribers; LOG_NO_SHOT = none yet */
 	uint64_t sim_late_before; /* frames that the simulator was late with before the run */
 	uint32_t run;             /* times that it was started; shots are numbered anew in each */
@@ -80,6 +81,9 @@ void station_pop_set(struct station *station);
 
 /* What camera `index` is asked for by the plan that the station runs by. */
 struct camera_mode station_wanted(const struct station *station, uint32_t index);
+
+/* Seconds for which what the cameras see has had no names, 0 while it has; running, after two. */
+double station_unnamed_s(const struct station *station);
 
 const char *capture_state_name(enum capture_state state);
 

@@ -13,6 +13,8 @@
 #include "daemon/watchdog.h"
 #include "drivers/files/files.h"
 
+#define UNNAMED_MIN_S 2.0 /* a start from nothing takes less */
+
 static const char *const capture_state_names[] = {
 	[CAPTURE_STOPPED] = "stopped",
 	[CAPTURE_RUNNING] = "running",
@@ -231,6 +233,29 @@ static void watch_trigger(struct station *station)
 	}
 }
 
+double station_unnamed_s(const struct station *station)
+{
+	uint32_t blocks = atomic_load(&station->solver.book.names.blocks);
+	double seconds = blocks * (double)NAMING_BLOCK_NS / NS_PER_S;
+
+	return station->state == STATION_RUNNING && seconds >= UNNAMED_MIN_S ? seconds : 0;
+}
+
+static void watch_names(struct station *station)
+{
+	const struct names_seen *names = &station->solver.book.names;
+
+	if (station->unnamed_told || station_unnamed_s(station) <= 0)
+		return;
+	station->unnamed_told = true;
+	log_about(LOG_LEVEL_WARNING, &(struct log_fields){.shot = station->newest_shot},
+		  "no names: cameras see %.0f spots a picture, of which %.1f points and %.1f of %u "
+		  "markers a shot are made: %s",
+		  atomic_load(&names->spots), atomic_load(&names->points),
+		  atomic_load(&names->named), station->stage.layout.marker_count,
+		  naming_remedy((enum naming)atomic_load(&names->naming)));
+}
+
 static bool all_ended(const struct station *station)
 {
 	bool ended = true;
@@ -251,6 +276,7 @@ void station_tick(struct station *station)
 	watch_heartbeats(station);
 	pulses_account(&station->pulses, station->stage.config.trigger);
 	watch_trigger(station);
+	watch_names(station);
 	/* from the one behind the last that was tried: each lost camera has its turn */
 	for (uint32_t i = 1, tried = station->reopener.camera; i <= camera_count; i++)
 		watch_camera(station, (tried + i) % camera_count);

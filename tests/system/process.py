@@ -145,3 +145,18 @@ def test_a_rig_of_another_day_names_the_camera(tmp_path):
     done = ctl("process", take / "stage.yaml", "--json")
     assert [camera["camera"] for camera in json.loads(done.stderr.splitlines()[-1])["rig"]["moved"]] == ["ir1"]
     assert "camera ir1: " in ctl("process", take / "stage.yaml").stderr
+
+
+def test_a_take_without_names_says_so_and_what_it_comes_from(stage):
+    config = stage / "stage.yaml"
+    told = json.loads(ctl("process", config, "--json").stderr.splitlines()[-1])
+    assert told["unnamed"] is None and 0 < told["rig"]["residual_px"] < 0.3
+    config.write_text(config.read_text().replace("files:ir0", "files:was0")
+                      .replace("files:ir1", "files:ir0").replace("files:was0", "files:ir1"))
+    done = ctl("process", config, "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stderr.splitlines()[-1])
+    assert told["rig"]["residual_px"] is None
+    assert told["unnamed"]["spots"] > 30 and told["unnamed"]["named"] < 3
+    assert "swapped" in told["unnamed"]["remedy"]
+    assert "no names for" in ctl("process", config).stderr
