@@ -48,7 +48,7 @@ struct program {
 static void print_help(void)
 {
 	puts("Usage: staged --config FILE [--socket-dir DIR] [--idle | --check | --darken]\n"
-	     "Runs a motion-capture station until SIGTERM or SIGINT.\n\nOptions:\n"
+	     "Runs a motion-capture station until SIGTERM, SIGINT or SIGHUP.\n\nOptions:\n"
 	     "  --config FILE      the stage: rig, layout, cameras\n"
 	     "  --socket-dir DIR   where stream.sock and control.sock go (default: socket_dir of "
 	     "the config)\n"
@@ -93,7 +93,8 @@ static int parse_arguments(struct program *program, int argc, char **argv)
 		else
 			return EXIT_CODE_USAGE;
 	}
-	if (program->config_path && optind == argc)
+	if (program->config_path && optind == argc &&
+	    program->idle + program->check + program->darken <= 1)
 		return -1;
 	fputs("usage: staged --config FILE [--socket-dir DIR] [--idle | --check | --darken]; see "
 	      "staged "
@@ -268,6 +269,41 @@ static int on_tick(sd_event_source *source, int fd, uint32_t events, void *user)
 	return 0;
 }
 
+/* What ends the station. Under nohup a terminal that goes does not: SIGHUP stays ignored. */
+static void find_ends(sigset_t *ends)
+{
+	struct sigaction hang_up;
+
+	sigemptyset(ends);
+	sigaddset(ends, SIGTERM);
+	sigaddset(ends, SIGINT);
+	if (sigaction(SIGHUP, NULL, &hang_up) == 0 && hang_up.sa_handler != SIG_IGN)
+		sigaddset(ends, SIGHUP);
+}
+
+static int end_on_signals(sd_event *event)
+{
+	sigset_t ends;
+	int err = 0;
+
+	find_ends(&ends);
+	for (int number = 1; number < NSIG && err >= 0; number++)
+		if (sigismember(&ends, number) == 1)
+			err = sd_event_add_signal(event, NULL, number, NULL, NULL);
+	return err;
+}
+
+/* Before the first thread, so that all inherit it: signals come through the event loop alone. */
+static int make_event_loop(struct program *program)
+{
+	sigset_t signals;
+
+	find_ends(&signals);
+	sigprocmask(SIG_BLOCK, &signals, NULL);
+	signal(SIGPIPE, SIG_IGN);
+	return sd_event_default(&program->event);
+}
+
 static int watch_events(struct program *program)
 {
 	int err = sd_event_add_io(program->event, NULL, program->station.wake_fd, EPOLLIN, on_wake,
@@ -283,25 +319,10 @@ static int watch_events(struct program *program)
 	if (err >= 0 && clock_is_virtual())
 		err = sd_event_add_post(program->event, NULL, on_handled, program);
 	if (err >= 0)
-		err = sd_event_add_signal(program->event, NULL, SIGTERM, NULL, NULL);
-	if (err >= 0)
-		err = sd_event_add_signal(program->event, NULL, SIGINT, NULL, NULL);
+		err = end_on_signals(program->event);
 	if (err >= 0)
 		err = watchdog_start(&program->watchdog, program->event, &program->station);
 	return err;
-}
-
-/* Before the first thread, so that all inherit it: signals come through the event loop alone. */
-static int make_event_loop(struct program *program)
-{
-	sigset_t signals;
-
-	sigemptyset(&signals);
-	sigaddset(&signals, SIGTERM);
-	sigaddset(&signals, SIGINT);
-	sigprocmask(SIG_BLOCK, &signals, NULL);
-	signal(SIGPIPE, SIG_IGN);
-	return sd_event_default(&program->event);
 }
 
 static enum exit_code run(struct program *program, struct diag *diag)

@@ -43,7 +43,7 @@ static void tell_events(struct pulse_accounts *accounts, const char *address)
 	}
 }
 
-/* A genlock that does not come, mostly. */
+/* A genlock that does not come, mostly; or the whole program stood still. */
 static void watch_silence(struct pulses *pulses, bool any, const char *address)
 {
 	bool expected =
@@ -52,8 +52,10 @@ static void watch_silence(struct pulses *pulses, bool any, const char *address)
 	if (any || !expected)
 		pulses->accounts.quiet_s = 0;
 	else if (++pulses->accounts.quiet_s == PULSES_QUIET_S)
-		log_warning("trigger %s: no pulse for %d s: is its genlock connected and running?",
-			    address, PULSES_QUIET_S);
+		log_warning("trigger %s: no pulse for %d s: %s", address, PULSES_QUIET_S,
+			    strstr(address, "genlock=")
+				    ? "is its genlock connected and running?"
+				    : "was the station itself held up, or the machine overloaded?");
 }
 
 void pulses_account(struct pulses *pulses, const char *address)

@@ -128,6 +128,32 @@ def test_hung_threads_share_the_half_second_that_a_stop_gives_them(served, tmp_p
     assert seconds <= 1
 
 
+def test_a_terminal_that_goes_ends_the_station_in_order(start, lit_config, strobes):
+    station = start(lit_config).wait_running()
+    assert strobes.read_text() == "1\n"
+    code, said, _ = station.stop(signal.SIGHUP)
+    assert (code, strobes.read_text()) == (0, "0\n"), said
+    assert not list(station.socket_dir.glob("*.sock"))
+
+
+def test_under_nohup_a_terminal_may_go(start, lit_config):
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        station = start(lit_config).wait_running()
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    station.process.send_signal(signal.SIGHUP)
+    time.sleep(0.3)
+    assert station.status()["state"] == "running"
+
+
+@pytest.mark.parametrize("modes", [("--check", "--idle"), ("--check", "--darken")])
+def test_one_mode_at_a_time(lit_config, modes):
+    done = subprocess.run([STAGED, "--config", lit_config, *modes], capture_output=True, text=True,
+                          timeout=5, check=False)
+    assert done.returncode == 2 and "usage" in done.stderr
+
+
 def test_a_thread_that_hangs_does_not_hold_up_the_stop(start, lit_config, strobes, tmp_path):
     station = start(lit_config, environment={
         "LD_PRELOAD": os.environ["HANG"], "HANG_THREAD": "trigger",
