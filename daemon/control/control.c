@@ -49,6 +49,20 @@ static struct control_client *free_place(struct control *control)
 	return silent;
 }
 
+/* It is told before it has asked. */
+static void turn_away(struct control *control, int client_fd)
+{
+	json_t *reply = too_many(CONTROL_CLIENT_MAX);
+	char *text = json_dumps(reply, JSON_COMPACT);
+
+	if (text)
+		send(client_fd, text, strlen(text) + 1, MSG_NOSIGNAL | MSG_DONTWAIT);
+	free(text);
+	json_decref(reply);
+	close(client_fd);
+	control->stats.refused_count++;
+}
+
 static int on_connect(sd_event_source *source, int fd, uint32_t events, void *user)
 {
 	struct control *control = user;
@@ -63,8 +77,7 @@ static int on_connect(sd_event_source *source, int fd, uint32_t events, void *us
 	if (!in || sd_event_add_io(control->event, &client->source, client_fd, EPOLLIN,
 				   control_client_event, client) < 0) {
 		free(in);
-		close(client_fd);
-		control->stats.refused_count++;
+		turn_away(control, client_fd);
 		return 0;
 	}
 	client->context = &control->context;

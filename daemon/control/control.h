@@ -14,14 +14,16 @@
 #include "daemon/station.h"
 
 #define CONTROL_CLIENT_MAX 16
+#define CONTROL_FOLLOWER_MAX 12     /* of those; the others' places are for who commands */
 #define CONTROL_MESSAGE_BYTES 65536 /* a longer request is garbage */
 
 struct control;
 
 struct control_stats {
 	uint64_t accepted_count;
-	uint64_t refused_count; /* CONTROL_CLIENT_MAX were there already */
+	uint64_t refused_count; /* that many were there already */
 	uint64_t cut_off_count;
+	int follower_count; /* at present */
 };
 
 /* Listens on `path`; event loop and station are borrowed. Errors as listen_unix(). `rules` say who

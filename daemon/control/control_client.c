@@ -17,6 +17,7 @@ void control_client_close(struct control_client *client)
 	struct wait wait = client->wait;
 	struct station *station = client->context->station;
 
+	client->stats->follower_count -= wait.kind == WAIT_STATUS;
 	sd_event_source_disable_unref(client->source);
 	close(client->fd);
 	free(client->in);
@@ -125,6 +126,7 @@ static bool client_request(struct control_client *client, size_t size_bytes)
 	json_t *reply = control_call(client->context, client->permission, request, &client->wait,
 				     &client->out_fd);
 	json_decref(request);
+	client->stats->follower_count += client->wait.kind == WAIT_STATUS;
 	if (!reply) {
 		client->progress_ns = clock_real_now_ns();
 		return true;

@@ -8,8 +8,16 @@
 
 #include "base/log.h"
 
+json_t *too_many(int most)
+{
+	return varlink_error("org.stage.Control.TooMany", json_pack("{s:i}", "limit", most));
+}
+
+/* One who follows stays for ever: the last places are not for it. */
 static json_t *get_status(struct call *call)
 {
+	if (call->more && call->context->stats->follower_count >= CONTROL_FOLLOWER_MAX)
+		return too_many(CONTROL_FOLLOWER_MAX);
 	if (call->more)
 		call->wait->kind = WAIT_STATUS;
 	return status_reply(call->context, call->more);

@@ -56,6 +56,7 @@ json_t *control_set_mask(struct call *call);
 /* NULL when there is none of this name. */
 struct capture *find_camera(struct station *station, const char *name, int *index);
 
+json_t *too_many(int most);
 json_t *wrong_state(const struct call *call);
 json_t *failed_reply(enum exit_code code, const struct diag *diag);
 
