@@ -4,15 +4,18 @@
 #include "ctl/control_client.h"
 
 #include <errno.h>
+#include <grp.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include "base/exit_codes.h"
+#include "ctl/control_reply.h"
 
 #define REPLY_MAX_BYTES (64u << 20) /* an image of a large camera */
 #define REPLY_TIMEOUT_S 10
@@ -31,6 +34,38 @@ bool control_listens(const char *socket_dir)
 	return listens;
 }
 
+/* The group of the socket, or of the nearest directory that can be looked at. */
+static const char *group_of(const struct sockaddr_un *address)
+{
+	char path[sizeof(address->sun_path)];
+	struct stat st;
+
+	memcpy(path, address->sun_path, sizeof(path));
+	for (char *slash; stat(path, &st) < 0 && (slash = strrchr(path, '/')); *slash = '\0')
+		if (slash == path)
+			return NULL;
+	const struct group *group = path[0] ? getgrgid(st.st_gid) : NULL;
+	return group ? group->gr_name : NULL;
+}
+
+static int report_unreachable(const struct sockaddr_un *address, int err)
+{
+	if (err == EACCES || err == EPERM) {
+		const char *group = group_of(address);
+
+		fprintf(stderr,
+			"stagectl: %s: not permitted: it takes the group %s, and stage-operator "
+			"for whoever commands; add yourself to both and log in again\n",
+			address->sun_path, group ? group : "stage");
+		return EXIT_CODE_PERMISSION;
+	}
+	fprintf(stderr,
+		"stagectl: %s: no station answers: %s; is staged running, with this "
+		"--socket-dir?\n",
+		address->sun_path, strerror(err));
+	return EXIT_CODE_CONNECTION;
+}
+
 static int connect_station(int *out_fd, const char *socket_dir)
 {
 	struct sockaddr_un address = {.sun_family = AF_UNIX};
@@ -44,13 +79,11 @@ static int connect_station(int *out_fd, const char *socket_dir)
 	}
 	int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
 	if (fd < 0 || connect(fd, (struct sockaddr *)&address, sizeof(address)) < 0) {
-		fprintf(stderr,
-			"stagectl: %s: no station answers: %s; is staged running, with this "
-			"--socket-dir?\n",
-			address.sun_path, strerror(errno));
+		int code = report_unreachable(&address, errno);
+
 		if (fd >= 0)
 			close(fd);
-		return EXIT_CODE_CONNECTION;
+		return code;
 	}
 	setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout));
 	setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof(timeout));
@@ -77,7 +110,8 @@ static int send_call(int fd, const char *method, json_t *parameters, bool more)
 		ssize_t sent_now = send(fd, text + sent, size - sent, MSG_NOSIGNAL);
 
 		if (sent_now <= 0) {
-			err = -errno;
+			/* one that is turned away has been told why */
+			err = errno == EPIPE ? 0 : -errno;
 			break;
 		}
 		sent += (size_t)sent_now;
@@ -152,98 +186,25 @@ static int receive_reply(struct connection *connection, size_t *size_bytes)
 	}
 }
 
-/* Prints what the station says, and returns the exit code that it names. */
-static int report_failed(const json_t *parameters)
-{
-	json_t *messages = json_object_get(parameters, "messages");
-	json_int_t code = json_integer_value(json_object_get(parameters, "exit_code"));
-	size_t index;
-	json_t *message;
-
-	json_array_foreach(messages, index, message)
-		fprintf(stderr, "stagectl: %s\n", json_string_value(message));
-	return code > EXIT_CODE_OK && code <= EXIT_CODE_PERMISSION ? (int)code : EXIT_CODE_INTERNAL;
-}
-
-static const char *text_of(const json_t *parameters, const char *key)
-{
-	const char *text = json_string_value(json_object_get(parameters, key));
-
-	return text ? text : "?";
-}
-
-static int report_error(const char *error, const json_t *parameters)
-{
-	if (strcmp(error, "org.stage.Control.Failed") == 0)
-		return report_failed(parameters);
-	if (strcmp(error, "org.stage.Control.WrongState") == 0) {
-		const char *state = text_of(parameters, "state");
-		const char *remedy = strcmp(state, "configured") == 0 ? "nothing runs"
-				     : strcmp(state, "calibrating") == 0
-					     ? "wait for who calibrates, or stagectl stop"
-					     : "stagectl stop first";
-
-		fprintf(stderr, "stagectl: the station is %s: this cannot be done now; %s\n", state,
-			remedy);
-		return EXIT_CODE_RUNNING;
-	}
-	if (strcmp(error, "org.stage.Control.Busy") == 0) {
-		fputs("stagectl: the change before is not yet in use: try again in a moment\n",
-		      stderr);
-		return EXIT_CODE_RUNNING;
-	}
-	if (strcmp(error, "org.stage.Control.NoShot") == 0) {
-		fputs("stagectl: the station solved no shot in time: stagectl status says why\n",
-		      stderr);
-		return EXIT_CODE_DEVICE;
-	}
-	if (strcmp(error, "org.stage.Control.PermissionDenied") == 0) {
-		fprintf(stderr,
-			"stagectl: not permitted: it takes the group %s; add yourself to it and "
-			"log in again\n",
-			text_of(parameters, "group"));
-		return EXIT_CODE_PERMISSION;
-	}
-	char *details = json_dumps(parameters, JSON_COMPACT);
-
-	fprintf(stderr, "stagectl: the station refused: %s %s\n", error, details ? details : "");
-	free(details);
-	return EXIT_CODE_DEVICE;
-}
-
-/* The reply's parameters, or a message for its error. */
-static int unpack_reply(json_t **out, bool *continues, const char *text)
-{
-	json_t *reply = json_loads(text, 0, NULL);
-	const char *error = json_string_value(json_object_get(reply, "error"));
-	json_t *parameters = json_object_get(reply, "parameters");
-	int code = EXIT_CODE_OK;
-
-	if (error) {
-		code = report_error(error, parameters);
-	} else if (!json_is_object(parameters)) {
-		fputs("stagectl: what answers is no station: it sends no JSON reply\n", stderr);
-		code = EXIT_CODE_CONNECTION;
-	} else {
-		*continues = json_is_true(json_object_get(reply, "continues"));
-		*out = json_incref(parameters);
-	}
-	json_decref(reply);
-	return code;
-}
-
 static int next_reply(json_t **out, bool *continues, struct connection *connection,
 		      const char *socket_dir)
 {
 	size_t size_bytes;
 	int err = receive_reply(connection, &size_bytes);
 
+	if (err == -EAGAIN) {
+		fprintf(stderr,
+			"stagectl: %s: the station gives no answer for %d s: it hangs, or was "
+			"stopped, or its machine is overloaded\n",
+			socket_dir, REPLY_TIMEOUT_S);
+		return EXIT_CODE_CONNECTION;
+	}
 	if (err) {
 		fprintf(stderr, "stagectl: %s: the station stopped answering: %s\n", socket_dir,
 			strerror(-err));
 		return EXIT_CODE_CONNECTION;
 	}
-	int code = unpack_reply(out, continues, connection->bytes);
+	int code = control_reply_unpack(out, continues, connection->bytes);
 	connection->size -= size_bytes;
 	memmove(connection->bytes, connection->bytes + size_bytes, connection->size);
 	return code;

@@ -108,7 +108,8 @@ static void print_facts(const json_t *camera)
 	size_t index;
 	json_t *name;
 
-	json_array_foreach(json_object_get(camera, "facts_short"), index, name)
+	json_array_foreach(json_object_get(camera, "facts_short"), index,
+			   name) if (json_is_string(name))
 		printf("%13s%s: %s\n", "", json_string_value(name),
 		       text_of(json_object_get(camera, "facts"), json_string_value(name)));
 }
@@ -160,7 +161,8 @@ static void print_stalled(const json_t *stalled)
 	size_t index;
 	json_t *one;
 
-	json_array_foreach((json_t *)stalled, index, one) printf("%s\n", json_string_value(one));
+	json_array_foreach((json_t *)stalled, index, one) if (json_is_string(one))
+		puts(json_string_value(one));
 }
 
 /* Nothing while what the cameras see has names. */

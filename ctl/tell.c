@@ -6,6 +6,7 @@
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
 #include "ctl/control_client.h"
+#include "ctl/control_reply.h"
 #include "ctl/print_json.h"
 
 /* Prints `key` of the reply. */
@@ -27,12 +28,14 @@ static int tell(const struct verb *verb, int argc, char **argv, const char *meth
 	int code = control_ask(&reply, socket_dir, method, NULL);
 	if (code)
 		return code;
-	if (json)
+	const char *text = control_reply_text(reply, key);
+	if (text && json)
 		print_json(json_incref(reply));
-	else
-		puts(json_string_value(json_object_get(reply, key)));
+	else if (text)
+		puts(text);
+	code = text ? EXIT_CODE_OK : EXIT_CODE_CONNECTION;
 	json_decref(reply);
-	return EXIT_CODE_OK;
+	return code;
 }
 
 int verb_start(const struct verb *verb, int argc, char **argv)

@@ -5,8 +5,10 @@ import os
 import pathlib
 import re
 import shutil
+import socket
 import subprocess
 import tempfile
+import threading
 import time
 
 import pytest
@@ -117,6 +119,71 @@ def test_status_is_followed_once_a_second(shared_station):
         follower.kill()
     assert 1.8 < passed_s < 4.5
     assert all(30 < after - before < 120 for before, after in zip(solved[1:], solved[2:]))
+
+
+def follow(station):
+    """The error of the first reply, None when it is the status; and the connection."""
+    client = station.connect("control.sock")
+    client.sendall(json.dumps({"method": "org.stage.Control.GetStatus", "more": True}).encode()
+                   + b"\0")
+    return read_reply(client).get("error"), client
+
+
+def test_who_follows_leaves_places_for_who_commands(start, own_config):
+    station = idle(start, own_config)
+    followers = [follow(station) for _ in range(16)]
+    assert [error for error, _ in followers] == [None] * 12 + ["org.stage.Control.TooMany"] * 4
+    for error, client in followers:
+        if error:
+            client.close()
+    assert station.ctl("start").returncode == 0
+    done = station.ctl("status", "--follow")
+    assert done.returncode == 7 and "no more than 12" in done.stderr
+    others = [station.connect("control.sock") for _ in range(4)]
+    done = station.ctl("stop")
+    assert done.returncode == 7 and "no more than 16" in done.stderr
+    for client in others:
+        client.close()
+    assert station.ctl("stop").returncode == 0
+
+
+def answer_with(place, reply):
+    """Is a station for one call."""
+    listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    listening.bind(str(place / "control.sock"))
+    listening.listen()
+
+    def answer():
+        client, _ = listening.accept()
+        client.recv(65536)
+        client.sendall(reply + b"\0")
+        client.close()
+        listening.close()
+    threading.Thread(target=answer, daemon=True).start()
+
+
+@pytest.mark.parametrize("verb", [("start",), ("stop",), ("rig", "reload")])
+def test_a_reply_without_what_it_should_say_is_told(verb):
+    with tempfile.TemporaryDirectory(prefix="stage-test-") as place:
+        answer_with(pathlib.Path(place), b'{"parameters":{}}')
+        done = ctl(*verb, "--socket-dir", place)
+    assert done.returncode == 5 and "no station" in done.stderr, done
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
+def test_who_is_in_no_group_is_told_so(start, sim_config):
+    with tempfile.TemporaryDirectory(prefix="stage-test-") as place:
+        os.chmod(place, 0o755)
+        start(sim_config, socket_dir=place).wait_running()
+        done = subprocess.run([STAGECTL, "stop", "--socket-dir", place], user=65534, group=65534,
+                              extra_groups=[], capture_output=True, text=True, timeout=10,
+                              check=False)
+    assert done.returncode == 8 and "group" in done.stderr and "stage-operator" in done.stderr
+
+
+def test_a_camera_that_there_is_not_is_told_beside_those_that_are(shared_station):
+    done = shared_station.ctl("camera", "preview", "ir9")
+    assert done.returncode == 4 and "no camera ir9, but ir0, ir1" in done.stderr
 
 
 def test_more_gives_replies_that_continue(shared_station):
