@@ -38,6 +38,7 @@
 #define spot_is_suspect OF_BUILD(spot_is_suspect)
 #define spot_is_surely_one OF_BUILD(spot_is_surely_one)
 #define spot_is_whole OF_BUILD(spot_is_whole)
+#define spot_moment OF_BUILD(spot_moment)
 #define spot_prepare OF_BUILD(spot_prepare)
 #define spot_root OF_BUILD(spot_root)
 #define spot_split OF_BUILD(spot_split)

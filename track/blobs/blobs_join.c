@@ -7,6 +7,8 @@
 void run_table_reset(struct run_table *table)
 {
 	table->run_count = table->runs_lost = table->spot_count = table->spots_lost = 0;
+	for (int c = 0; c < COPY_COUNT; c++)
+		table->copies[c].spot = SPOT_NONE;
 	run_table_start(table);
 }
 

@@ -10,6 +10,7 @@
 #define COARSE_MARGIN 0.75f /* of the margin: nothing is lost where the survey was high */
 #define FLAT 1.6f           /* 256ths: less is noise and rounding */
 #define SLOPE_DEADBAND 0.5f /* 256ths: a node's own noise is no slope */
+#define FIRST_ROWS 6        /* that come to the scan while the survey waits */
 #define BENT 2              /* 256ths: a column of nodes that bends more lies on something */
 
 static int smaller(int a, int b)
@@ -62,15 +63,20 @@ static int survey_row(const struct level_map *map, int r)
 	return map->survey_y[r] / CELL_PX;
 }
 
-/* Asks for the survey's pixels before they are needed. */
+static void prefetch_row(const struct grey_image *image, const grey *row)
+{
+	for (int x = 0; x < image->width_px; x += LINE_BYTES / (int)sizeof(*row))
+		__builtin_prefetch(row + x);
+}
+
+/* Asks for the survey's pixels before they are needed, and then for those that the scan begins
+ * with. */
 static void prefetch_survey(const struct level_map *map, const struct grey_image *image)
 {
-	for (int r = 0; r < SURVEY_ROWS; r++) {
-		const grey *row = sampled_row(image, survey_row(map, r));
-
-		for (int x = 0; x < image->width_px; x += LINE_BYTES / (int)sizeof(*row))
-			__builtin_prefetch(row + x);
-	}
+	for (int r = 0; r < SURVEY_ROWS; r++)
+		prefetch_row(image, sampled_row(image, survey_row(map, r)));
+	for (int y = 0; y < FIRST_ROWS && y < image->height_px; y++)
+		prefetch_row(image, grey_row(image, y));
 }
 
 static void survey(struct level_map *map, const struct grey_image *image)

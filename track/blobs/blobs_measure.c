@@ -20,8 +20,7 @@ void measurer_start(struct measurer *measurer, const struct spot_scene *scene,
 	measurer->set = set;
 	measurer->next = measurer->first = 0;
 	measurer->suspect_count = 0;
-	measurer->prepared = SPOT_NONE;
-	measurer->fit_next = 0;
+	measurer->fit_count = 0;
 	measurer->wait_row = 0;
 	set->blob_count = 0;
 	set->blobs_lost = 0;
@@ -87,31 +86,32 @@ static void finish(struct measurer *measurer, const struct spot *spot, struct fi
 	set->blobs[set->blob_count++] = blob;
 }
 
-static void finish_prepared(struct measurer *measurer)
+/* Measures the spots that wait. */
+static void finish_all(struct measurer *measurer)
 {
-	uint32_t s = measurer->prepared;
+	const struct spot *spots = measurer->table->spots;
+	struct fit *fits = measurer->fits;
+	uint32_t count = measurer->fit_count;
 
-	measurer->prepared = SPOT_NONE;
-	if (s != SPOT_NONE)
-		finish(measurer, &measurer->table->spots[s],
-		       &measurer->fits[measurer->fit_next ^ 1]);
+	measurer->fit_count = 0;
+	if (count)
+		spot_prepare(&measurer->scene, spots, fits, count);
+	for (uint32_t i = 0; i < count; i++)
+		finish(measurer, &spots[fits[i].spot], &fits[i]);
 }
 
-/* From the spot's sums to its window, one spot ahead of the rest: this is one long chain, in the
- * waits of which the processor works on the window of the spot before. */
+/* The spot is measured when enough of them wait, as the way to a window is long and the same for
+ * all. */
 static void measure(struct measurer *measurer, uint32_t s)
 {
 	const struct spot *spot = &measurer->table->spots[s];
-	uint32_t before = measurer->prepared;
-	struct fit *fit = &measurer->fits[measurer->fit_next];
+	struct fit *fit = &measurer->fits[measurer->fit_count++];
 
-	spot_prepare(spot, &measurer->scene,
-		     spot->clear_px > 0 ? spot->clear_px : clearance_px(measurer, s), fit);
-	measurer->fit_next ^= 1;
-	measurer->prepared = s;
-	if (before != SPOT_NONE)
-		finish(measurer, &measurer->table->spots[before],
-		       &measurer->fits[measurer->fit_next]);
+	fit->spot = s;
+	fit->copy = &measurer->table->copies[s % COPY_COUNT];
+	fit->clear_px = spot->clear_px > 0 ? spot->clear_px : clearance_px(measurer, s);
+	if (measurer->fit_count == FIT_LANES)
+		finish_all(measurer);
 }
 
 /* The row that must have been read before the spot is whole, its window known, and its background
@@ -179,14 +179,14 @@ void measurer_end(struct measurer *measurer)
 {
 	while (measurer_step(measurer, INT_MAX)) {
 	}
-	finish_prepared(measurer);
+	finish_all(measurer);
 	measurer->first = measurer->table->spot_count;
 	for (uint32_t i = 0; i < measurer->suspect_count; i++) {
 		if (spot_split(measurer->table, measurer->suspects[i], &measurer->scene))
 			measure(measurer, measurer->suspects[i]);
 		while (measurer_step(measurer, INT_MAX)) {
 		}
-		finish_prepared(measurer);
+		finish_all(measurer);
 	}
 	measurer->set->blobs_lost += measurer->table->runs_lost + measurer->table->spots_lost;
 	sort_blobs(measurer);

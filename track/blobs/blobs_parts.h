@@ -38,7 +38,7 @@ struct feed {
 
 #define FEED_BYTES 320
 #define LINE_BYTES 64
-#define FEED_ROWS 40
+#define FEED_ROWS 12
 
 static inline void feed_on(struct feed *feed)
 {
@@ -172,12 +172,22 @@ struct spot {
 	struct area_sums area;
 };
 
+/* The pixels of a spot that went the short way. They are read again when the image's own lines have
+ * left the first cache: fetching them back would disturb the processor's reading ahead. */
+#define COPY_COUNT 16
+struct patch_copy {
+	uint32_t spot; /* whose copy it is, or SPOT_NONE */
+	int x0, y0;
+	uint8_t pixels[PATCH_PX * PATCH_PX];
+};
+
 struct run_table {
 	uint32_t run_count, runs_lost;
 	uint32_t spot_count, spots_lost;
 	int row_y;          /* of the last run joined */
 	uint32_t row_first; /* its row's first run */
 	uint32_t above;     /* runs of the row above before this one lie to the left */
+	struct patch_copy copies[COPY_COUNT]; /* of spot s in place s mod COPY_COUNT */
 	struct run runs[RUN_MAX];
 	struct spot spots[SPOT_MAX];
 };
@@ -248,8 +258,10 @@ struct kernel {
 
 /* A centroid on its way. */
 struct fit {
-	bool windowed;  /* the kernel is of use */
-	float clear_px; /* around the spot's middle */
+	float clear_px; /* around the spot's middle, a radius that no other spot reaches */
+	uint32_t spot;
+	const struct patch_copy *copy; /* of its surroundings, while that says so itself */
+	bool windowed;                 /* the kernel is of use */
 	float surround; /* grey value that a spot must stand out of, on its brightest side */
 	float contrast; /* of opposite sides, grey values, where the map was too coarse */
 	float tilt_px;  /* what a rim or a merged neighbour may pull the centroid by */
@@ -277,11 +289,15 @@ bool window_newton(const struct grey_image *image, struct fit *fit, struct feed 
 bool ring_background(const struct grey_image *image, const struct spot *spot, struct plane *out,
 		     float *brightest, float *contrast);
 
-/* The steps to a blob. `clear_px` is the radius around the spot's middle that no other spot
- * reaches. spot_finish returns false when the spot is a hot pixel, a lamp or noise; else it sets
+/* The plain moment as a first place. */
+void spot_moment(const struct spot *spot, struct fit *fit);
+
+/* The steps to a blob; up to FIT_LANES are prepared side by side, the first three of each fit
+ * being set. spot_finish returns false when the spot is a hot pixel, a lamp or noise; else it sets
  * all of `out`. */
-void spot_prepare(const struct spot *spot, const struct spot_scene *scene, float clear_px,
-		  struct fit *out);
+#define FIT_LANES 8
+void spot_prepare(const struct spot_scene *scene, const struct spot *spots, struct fit fits[],
+		  uint32_t count);
 void spot_step(const struct spot_scene *scene, struct fit *fit);
 bool spot_finish(const struct spot *spot, const struct spot_scene *scene, struct fit *fit,
 		 struct blob *out);
@@ -306,9 +322,8 @@ struct measurer {
 	uint32_t next;  /* spot to look at */
 	uint32_t first; /* of the spots that were found last: it may have neighbours from here on */
 	int wait_row;   /* nothing to do before this one is read */
-	uint32_t prepared; /* the spot whose window comes next, or SPOT_NONE; its fit is the last */
-	uint32_t fit_next; /* of the two */
-	struct fit fits[2];
+	uint32_t fit_count; /* spots that wait for others to be measured with */
+	struct fit fits[FIT_LANES];
 	uint32_t suspect_count;
 	uint32_t suspects[SPOT_MAX];
 	int top_px[BLOB_MAX], left_px[BLOB_MAX]; /* of each blob, to sort by */

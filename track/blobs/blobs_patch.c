@@ -62,9 +62,10 @@ static void find_bright(struct patch *patch, ptrdiff_t stride_bytes, vec level)
 		look_at_row(patch, stride_bytes, y, level, &over);
 }
 
-/* The same, and the sums over the rows from PATCH_ABOVE to BORDER_PX before the end. */
+/* The same, and a copy of the pixels, and the sums over the rows from PATCH_ABOVE to BORDER_PX
+ * before the end. */
 static inline void find_and_sum(struct patch *patch, ptrdiff_t stride_bytes, vec level,
-				struct feed *feed, struct column_sums *out)
+				struct feed *feed, uint8_t *copy, struct column_sums *out)
 {
 	vec none = simde_mm_setzero_si128(), over;
 	words zero = simde_mm256_setzero_si256();
@@ -75,6 +76,7 @@ static inline void find_and_sum(struct patch *patch, ptrdiff_t stride_bytes, vec
 	for (int y = PATCH_PX - 1; y >= 0; y--) {
 		vec v = look_at_row(patch, stride_bytes, y, level, &over);
 
+		simde_mm_storeu_si128((vec *)(void *)(copy + y * PATCH_PX), v);
 		if (y >= PATCH_ABOVE && y < PATCH_PX - BORDER_PX)
 			add_row(&sums, v, over);
 		if (y % 4 == 0)
@@ -242,6 +244,7 @@ bool run_table_add_patch(struct run_table *table, const struct grey_image *image
 			 grey level, struct feed *feed)
 {
 	int left = x - PATCH_PX / 2, top = y - PATCH_ABOVE, side, height;
+	struct patch_copy *copy = &table->copies[table->spot_count % COPY_COUNT];
 	struct column_sums sums;
 	struct patch patch;
 	struct spot *spot;
@@ -250,9 +253,14 @@ bool run_table_add_patch(struct run_table *table, const struct grey_image *image
 	    top + PATCH_PX > image->height_px || table->spot_count == SPOT_MAX)
 		return false;
 	patch.pixels = image->pixels + (ptrdiff_t)top * image->stride_bytes + left;
-	find_and_sum(&patch, image->stride_bytes, simde_mm_set1_epi8((char)level), feed, &sums);
+	copy->spot = SPOT_NONE;
+	find_and_sum(&patch, image->stride_bytes, simde_mm_set1_epi8((char)level), feed,
+		     copy->pixels, &sums);
 	if (!is_simple(&patch))
 		return false;
+	copy->spot = table->spot_count;
+	copy->x0 = left;
+	copy->y0 = top;
 	spot = append_spot(table, &patch, left, top, level);
 	set_light(spot, &sums, left);
 	set_area(spot, &sums);

@@ -5,7 +5,7 @@
 
 #include "track/blobs/blobs_parts.h"
 
-#define WORK_ROWS 4     /* the scan goes so far before the work behind it gets a share */
+#define WORK_ROWS 8     /* the scan goes so far before the work behind it gets a share */
 #define PAGE_BYTES 4096 /* the least that there is */
 #define PAGES_AHEAD 4
 #define LAG_ROWS (MEASURE_LAG_ROWS - 1) /* thresholds come from pixels up to so far below */
@@ -225,9 +225,9 @@ static void expect_page(const uint8_t *row, int stride_bytes)
 		__builtin_prefetch(row + PAGES_AHEAD * PAGE_BYTES);
 }
 
-/* The scan waits for memory most of the time. The work on what it has found is spread evenly
- * between the rows and hides in these waits - as long as it follows so closely that the rows it
- * looks at are still in the first cache. */
+/* The scan waits for memory most of the time. The work on what it has found follows so closely that
+ * most rows it looks at are still in the first cache, and in few portions: after each the processor
+ * must find out anew that it is to read ahead. */
 static void scan_image(struct blob_finder *finder, const struct grey_image *image)
 {
 	int whole = image->width_px / GROUP_PX, coarse_end = 0;

@@ -1,31 +1,10 @@
 /*
- * The inner loops of the centroid, eight pixels at a time; where registers hold four, two of them
- * stand for one of eight, and the sums are the same.
+ * The inner loops of the centroid, eight pixels at a time.
  */
 #include <math.h>
-#include <simde/x86/avx2.h>
-#include <string.h>
 
+#include "track/blobs/blobs_float8.h"
 #include "track/blobs/blobs_parts.h"
-
-typedef simde__m256 float8;
-
-static inline float8 all(float v)
-{
-	return simde_mm256_set1_ps(v);
-}
-static inline float8 add(float8 a, float8 b)
-{
-	return simde_mm256_add_ps(a, b);
-}
-static inline float8 sub(float8 a, float8 b)
-{
-	return simde_mm256_sub_ps(a, b);
-}
-static inline float8 mul(float8 a, float8 b)
-{
-	return simde_mm256_mul_ps(a, b);
-}
 
 static inline void totals(float8 a, float8 b, float8 c, float8 d, float out[4])
 {
@@ -132,6 +111,23 @@ static inline struct lines lines_of(const struct fit *fit)
 	};
 }
 
+/* The window's first pixel, in the copy of the spot's surroundings when that holds all of them. */
+static const grey *window_pixels(const struct grey_image *image, const struct fit *fit,
+				 ptrdiff_t *stride_px)
+{
+	const struct patch_copy *copy = fit->copy;
+	const struct window *w = &fit->window;
+
+	if (copy->spot == fit->spot && w->x0 >= copy->x0 && w->x1 <= copy->x0 + PATCH_PX &&
+	    w->y0 >= copy->y0 && w->y1 <= copy->y0 + PATCH_PX) {
+		*stride_px = PATCH_PX;
+		return (const grey *)(const void *)copy->pixels + (w->y0 - copy->y0) * PATCH_PX +
+		       (w->x0 - copy->x0);
+	}
+	*stride_px = image->stride_bytes / (ptrdiff_t)sizeof(grey);
+	return grey_row(image, w->y0) + w->x0;
+}
+
 /* `steps` is a constant where most windows are so narrow: what depends on x alone is then worked
  * out once. */
 static inline __attribute__((always_inline)) void
@@ -139,12 +135,12 @@ add_window(struct sums *out, const struct grey_image *image, const struct fit *f
 	   struct feed *feed, enum kernel_profile profile, int steps)
 {
 	const struct lines l = lines_of(fit);
-	const ptrdiff_t stride = image->stride_bytes / (ptrdiff_t)sizeof(grey);
-	const grey *row = grey_row(image, fit->window.y0) + fit->window.x0;
+	ptrdiff_t stride_px;
+	const grey *row = window_pixels(image, fit, &stride_px);
 	struct sums sums = {all(0), all(0), all(0), all(0), all(0)};
 	float8 dy = all((float)fit->window.y0 - fit->y_px);
 
-	for (int y = fit->window.y0; y < fit->window.y1; y++, row += stride) {
+	for (int y = fit->window.y0; y < fit->window.y1; y++, row += stride_px) {
 		float8 base = add(l.value, mul(l.slope_y, dy)), dx = l.first_dx;
 		float8 across = mul(l.two_qxy, dy), along = mul(mul(l.qyy, dy), dy);
 		float8 row_value = all(0);
