@@ -10,7 +10,12 @@
 #include "base/clock.h"
 
 #define THREAD_PRIORITY 55 /* above the capture threads, below the trigger */
+#define QUEUE_PRIORITY (THREAD_PRIORITY + 1)
 #define LOOK_NS (400 * NS_PER_MS)
+
+/* Of a device that is gone libcamera's one thread waits on, and is woken without an end: as long as
+ * the process lives it may take no more of a processor than any other. */
+static atomic_bool runs_away;
 
 int libcamera_flow_init(struct libcamera_flow *flow, const struct libcamera_at *at)
 {
@@ -33,9 +38,9 @@ void libcamera_flow_finish(struct libcamera_flow *flow)
 	sem_destroy(&flow->given);
 }
 
-static void become_realtime(void)
+static void become_realtime(int priority)
 {
-	struct sched_param param = {.sched_priority = THREAD_PRIORITY};
+	struct sched_param param = {.sched_priority = priority};
 
 	/* Where it is not allowed it works, with more jitter: doctor's business. */
 	pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);
@@ -47,9 +52,11 @@ static void on_done(void *user, const struct libcamera_done *done)
 	struct libcamera_flow *flow = user;
 	int64_t now_ns = clock_now_ns();
 
-	if (!flow->realtime)
-		become_realtime();
-	flow->realtime = true;
+	if (!flow->realtime && !runs_away) {
+		flow->completing_thread = pthread_self();
+		become_realtime(THREAD_PRIORITY);
+		flow->realtime = true;
+	}
 	if (flow->ending)
 		return;
 	struct libcamera_finished *finished = ring_claim(&flow->arrived);
@@ -65,7 +72,11 @@ static void on_done(void *user, const struct libcamera_done *done)
 static void on_gone(void *user)
 {
 	struct libcamera_flow *flow = user;
+	struct sched_param param = {0};
 
+	runs_away = true;
+	if (flow->realtime)
+		pthread_setschedparam(flow->completing_thread, SCHED_OTHER, &param);
 	flow->gone = true;
 	sem_post(&flow->ready);
 }
@@ -90,13 +101,13 @@ static void wait_given(struct libcamera_flow *flow)
 		}
 }
 
-/* The driver's thread. */
+/* The driver's thread; what libcamera's does cannot keep it from looking for the sensor. */
 static void *queue_released(void *user)
 {
 	struct libcamera_flow *flow = user;
 
 	pthread_setname_np(pthread_self(), "libcamera-queue");
-	become_realtime();
+	become_realtime(QUEUE_PRIORITY);
 	while (!flow->ending) {
 		uint32_t *buffer = ring_peek(&flow->released, 0);
 

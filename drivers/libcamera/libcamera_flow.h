@@ -30,9 +30,8 @@ struct libcamera_flow {
 	sem_t ready;          /* arrived ones, and one post when the camera is gone */
 	sem_t given;          /* released ones, and one post at the end */
 	atomic_bool gone, ending;
-
-	/* owned by libcamera's thread */
-	bool realtime;
+	atomic_bool realtime; /* libcamera's thread is: */
+	pthread_t completing_thread;
 };
 
 /* 0 or -ENOMEM. Control thread, as all but the last two. */
