@@ -69,13 +69,14 @@ build_modules() {
 	depmod -b "$work/machine" "$kernel"
 }
 
-# A first root that mounts the host's own.
+# A first root that unpacks the real one.
 make_initramfs() {
 	root=$work/initramfs
+	machine=$cache/$kernel
 	mkdir -p "$root/bin" "$root/modules"
 	cp /bin/busybox "$root/bin/busybox"
 	cp "$here/initramfs_init" "$root/init"
-	modprobe -d "$work/machine" -S "$kernel" --show-depends --all virtio_pci 9p 9pnet_virtio overlay |
+	modprobe -d "$machine" -S "$kernel" --show-depends --all virtio_pci 9p 9pnet_virtio |
 		sed -n 's/^insmod //p' | awk '!seen[$1]++ { print $1 }' >"$work/order"
 	count=100
 	while read -r module; do
@@ -86,7 +87,8 @@ make_initramfs() {
 		*) cp "$module" "$root/modules/$count.ko" ;;
 		esac
 	done <"$work/order"
-	(cd "$root" && find . | cpio -o -H newc --quiet) | gzip -1 >"$work/machine/initramfs"
+	(cd "$root" && find . | cpio -o -H newc --quiet) | gzip -1 >"$work/initramfs.gz"
+	mv "$work/initramfs.gz" "$machine/initramfs"
 }
 
 [ "$(dpkg --print-architecture)" = amd64 ] ||
@@ -102,12 +104,12 @@ headers=$(dpkg-query -W -f '${Depends}' linux-headers-amd64) # linux-headers-6.1
 kernel=$(expr "$headers" : 'linux-headers-\([^ ]*\)')
 version=$(expr "$headers" : '.*(= \(.*\))')
 series=$(expr "$kernel" : '\([0-9]*\.[0-9]*\)')
-if [ ! -f "$cache/$kernel/initramfs" ]; then
+if [ ! -f "$cache/$kernel/vmlinux" ]; then
 	say "Preparing the virtual machine: Linux $kernel ..."
 	unpack_image
 	build_modules
-	make_initramfs
 	rm -rf "${cache:?}/$kernel"
 	mv "$work/machine" "$cache/$kernel"
 fi
+[ "$cache/$kernel/initramfs" -nt "$here/initramfs_init" ] || make_initramfs
 printf '%s\n' "$cache/$kernel"
