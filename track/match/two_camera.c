@@ -8,8 +8,8 @@
 #define TWO_CAMERA_MAX_M 0.005
 #define TWO_CAMERA_SHARE 0.45     /* ... of the distance to the next marker */
 #define TWO_CAMERA_SIGMA_M 0.0025 /* who is expected more vaguely needs three */
+#define VAGUE_PX 0.45f            /* of a merged spot: neither; a part of one is surer */
 #define FACE_SIGMA 3.0            /* ... and no farther from where the whole face has it */
-#define NEW_VIEW_M 0.0005         /* ... and where another camera joins in */
 
 /* It must stay where the neighbours tell, as it did when three cameras saw it. */
 static bool fits(const struct labelling *l, const struct tracker_state *state, uint32_t i,
@@ -21,10 +21,8 @@ static bool fits(const struct labelling *l, const struct tracker_state *state, u
 
 	if (label->kind != LABEL_SKIN)
 		return true;
-	/* a camera that did not see it a moment ago must not pull it aside */
-	double pull_m = vec3_distance(local_m, l->predictions.labels[i].local_m);
-	if ((point->fix.used_mask & ~label->camera_mask) &&
-	    pull_m > NEW_VIEW_M + 3 * fix_noise_m(&point->fix))
+	/* a camera that did not see it a moment ago sees another marker, or a stray light */
+	if (point->fix.used_mask & ~label->camera_mask)
 		return false;
 	if (l->told[i].known &&
 	    vec3_distance(l->told[i].local_m, local_m) >
@@ -39,12 +37,13 @@ static bool fits(const struct labelling *l, const struct tracker_state *state, u
 	return vec3_distance(told_m, local_m) < TWO_CAMERA_MIN_M + 2.5 * sigma_m;
 }
 
-/* Where two markers are one spot, the spot is neither. */
+/* Where two markers are one spot that is not parted, the spot is neither. */
 static bool is_merged(const struct matcher *matcher, const struct point *point)
 {
 	for (uint32_t c = 0; c < matcher->camera_count; c++)
 		if ((point->claimed_mask & (1u << c)) &&
-		    matcher->cameras[c].blobs[point->blob[c]].flags & BLOB_MERGED)
+		    matcher->cameras[c].blobs[point->blob[c]].flags & BLOB_MERGED &&
+		    matcher->cameras[c].blobs[point->blob[c]].sigma_px > VAGUE_PX)
 			return true;
 	return false;
 }
