@@ -9,8 +9,8 @@
 
 #include "base/clock.h"
 #include "base/exit_codes.h"
+#include "base/output_file.h"
 #include "ctl/arguments.h"
-#include "ctl/output_file.h"
 #include "ctl/replay.h"
 #include "ctl/rig_fit.h"
 #include "ctl/shot_json.h"

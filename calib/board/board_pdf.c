@@ -5,21 +5,26 @@
 
 #include <cairo-pdf.h>
 #include <errno.h>
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
+#include "base/output_file.h"
 #include "calib/board/board_sheet.h"
 
 #define POINTS_PER_M (72 / 0.0254)
 #define PAGE_MAX_M 5.08 /* 200 inches: PDF's own limit */
-static int write_sheet(const char *path, const struct board_sheet *sheet,
+
+static cairo_status_t put(void *file, const unsigned char *bytes, unsigned size)
+{
+	return fwrite(bytes, 1, size, file) == size ? CAIRO_STATUS_SUCCESS
+						    : CAIRO_STATUS_WRITE_ERROR;
+}
+
+static int write_sheet(FILE *file, const struct board_sheet *sheet,
 		       const struct board_pattern *pattern)
 {
-	cairo_surface_t *surface = cairo_pdf_surface_create(path, sheet->width_m * POINTS_PER_M,
-							    sheet->height_m * POINTS_PER_M);
+	cairo_surface_t *surface = cairo_pdf_surface_create_for_stream(
+		put, file, sheet->width_m * POINTS_PER_M, sheet->height_m * POINTS_PER_M);
 	cairo_t *cairo = cairo_create(surface);
 
 	/* what every printer reads, and the size of the page is plain text */
@@ -55,7 +60,7 @@ static int check(const char *path, const struct board_sheet *sheet, struct diag 
 int board_pdf_write(const char *path, const struct board *board, struct diag *diag)
 {
 	struct board_pattern *pattern = NULL;
-	char temporary[PATH_MAX];
+	struct output_file output;
 	int err = board_check(board, "board", diag);
 
 	if (err)
@@ -64,21 +69,16 @@ int board_pdf_write(const char *path, const struct board *board, struct diag *di
 	err = check(path, &sheet, diag);
 	if (err)
 		return err;
-	if (snprintf(temporary, sizeof(temporary), "%s.new", path) >= (int)sizeof(temporary))
-		return -ENAMETOOLONG;
+	err = output_file_open(&output, path, diag);
+	if (err)
+		return err;
 	pattern = malloc(sizeof(*pattern));
 	err = pattern ? board_pattern_init(pattern, board) : -ENOMEM;
 	errno = 0;
 	if (!err)
-		err = write_sheet(temporary, &sheet, pattern);
-	if (!err && rename(temporary, path))
-		err = -errno;
-	if (err) {
-		diag_add(diag, "%s: cannot write: %s", path, strerror(-err));
-		unlink(temporary);
-	}
+		err = write_sheet(output.stream, &sheet, pattern);
 	free(pattern);
-	return err;
+	return output_file_end(&output, err, diag);
 }
 
 double board_square_for(double range_m, double focal_px, double tag_part)

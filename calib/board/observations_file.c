@@ -4,13 +4,13 @@
 #include "calib/board/observations_file.h"
 
 #include <errno.h>
-#include <limits.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
+
+#include "base/output_file.h"
 
 #define BOARD_KEY "# stage-board "
 #define CAMERA_KEY "# stage-camera "
@@ -33,15 +33,12 @@ static void print_views(FILE *file, const struct observations *o)
 int observations_write(const struct observations *observations, const char *path, struct diag *diag)
 {
 	const struct board *board = &observations->board;
-	char temporary[PATH_MAX];
-	int err = -ENAMETOOLONG;
+	struct output_file output;
+	int err = output_file_open(&output, path, diag);
 
-	if (snprintf(temporary, sizeof(temporary), "%s.new", path) >= (int)sizeof(temporary))
-		goto fail;
-	FILE *file = fopen(temporary, "we");
-	err = -errno;
-	if (!file)
-		goto fail;
+	if (err)
+		return err;
+	FILE *file = output.stream;
 	fprintf(file, BOARD_KEY "%d %d %.17g %.17g %d\n", board->squares_x, board->squares_y,
 		board->square_m, board->tag_part, board->first_id);
 	for (uint32_t c = 0; c < observations->camera_count; c++)
@@ -49,17 +46,7 @@ int observations_write(const struct observations *observations, const char *path
 			observations->cameras[c].width_px, observations->cameras[c].height_px);
 	fprintf(file, "# filename x y level\n");
 	print_views(file, observations);
-	err = ferror(file) || fflush(file) || fsync(fileno(file)) ? -errno : 0;
-	if (fclose(file) && !err)
-		err = -errno;
-	if (!err && rename(temporary, path))
-		err = -errno;
-	if (!err)
-		return 0;
-	unlink(temporary);
-fail:
-	diag_add(diag, "%s: cannot write: %s", path, strerror(-err));
-	return err;
+	return output_file_commit(&output, diag);
 }
 
 struct reader {

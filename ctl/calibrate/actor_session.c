@@ -11,10 +11,10 @@
 
 #include "base/clock.h"
 #include "base/exit_codes.h"
+#include "base/output_file.h"
 #include "calib/actor/actor_file.h"
 #include "calib/actor/actor_points.h"
 #include "ctl/calibrate/actor_session_parts.h"
-#include "ctl/output_file.h"
 
 #define LOST_SAY_S 2.0
 #define LOST_END_S 30.0

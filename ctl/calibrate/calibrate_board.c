@@ -7,10 +7,10 @@
 #include <string.h>
 
 #include "base/exit_codes.h"
+#include "base/output_file.h"
 #include "calib/board/board_pdf.h"
 #include "config/calibration.h"
 #include "ctl/arguments.h"
-#include "ctl/output_file.h"
 #include "ctl/print_json.h"
 
 struct wanted {

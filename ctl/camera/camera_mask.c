@@ -11,12 +11,12 @@
 
 #include "base/clock.h"
 #include "base/exit_codes.h"
+#include "base/output_file.h"
 #include "config/masks.h"
 #include "ctl/arguments.h"
 #include "ctl/camera/snapshot.h"
 #include "ctl/control_client.h"
 #include "ctl/frame_feed.h"
-#include "ctl/output_file.h"
 #include "ctl/print_json.h"
 #include "track/blobs/blobs.h"
 #include "track/blobs/mask_find.h"
@@ -220,6 +220,17 @@ static void print_mask(const struct wish *wish, const struct mask *mask)
 		       mask->areas[a].y_px, mask->areas[a].width_px, mask->areas[a].height_px);
 }
 
+/* It is in the file by now, so that a station that dies with it comes back with it. */
+static int use(const struct wish *wish, const struct mask *mask)
+{
+	int code = set_mask(wish, mask);
+
+	if (code != EXIT_CODE_OK && wish->save)
+		fprintf(stderr, "stagectl: %s has the mask, but the station does not use it yet\n",
+			wish->save);
+	return code;
+}
+
 static int run(const struct wish *wish)
 {
 	bool live = !snapshot_is_address(wish->camera);
@@ -230,10 +241,10 @@ static int run(const struct wish *wish)
 		code = find_mask(wish, &mask);
 	else if (!wish->clear)
 		code = get_mask(wish, &mask);
-	if (code == EXIT_CODE_OK && live && (wish->find || wish->clear))
-		code = set_mask(wish, &mask);
 	if (code == EXIT_CODE_OK && wish->save)
 		code = save(wish, &mask);
+	if (code == EXIT_CODE_OK && live && (wish->find || wish->clear))
+		code = use(wish, &mask);
 	if (code == EXIT_CODE_OK)
 		print_mask(wish, &mask);
 	return code;

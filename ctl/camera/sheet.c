@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/output_file.h"
 #include "ctl/camera/sheet_parts.h"
 
 #define TILE_WIDTH 720
@@ -185,6 +186,24 @@ static cairo_surface_t *made_smaller(cairo_surface_t *surface, int width_px)
 	return small;
 }
 
+static cairo_status_t put(void *file, const unsigned char *bytes, unsigned size)
+{
+	return fwrite(bytes, 1, size, file) == size ? CAIRO_STATUS_SUCCESS
+						    : CAIRO_STATUS_WRITE_ERROR;
+}
+
+static int write_surface(cairo_surface_t *surface, const char *path)
+{
+	struct output_file file;
+	int err = output_file_open(&file, path, NULL);
+
+	if (err)
+		return err;
+	errno = 0;
+	err = errno_of_cairo(cairo_surface_write_to_png_stream(surface, put, file.stream));
+	return output_file_end(&file, err, NULL);
+}
+
 int sheet_write_png(const struct sheet *sheet, const char *path)
 {
 	int columns = column_count(sheet->tile_count);
@@ -201,9 +220,8 @@ int sheet_write_png(const struct sheet *sheet, const char *path)
 		err = errno_of_cairo(cairo_status(cr));
 	cairo_destroy(cr);
 	surface = made_smaller(surface, sheet->width_px);
-	errno = 0;
 	if (!err)
-		err = errno_of_cairo(cairo_surface_write_to_png(surface, path));
+		err = write_surface(surface, path);
 	cairo_surface_destroy(surface);
 	return err;
 }

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/output_file.h"
 #include "ctl/camera/demosaic.h"
 #include "ctl/camera/snapshot.h"
 
@@ -57,15 +58,19 @@ int snapshot_write_png(const struct snapshot *snapshot, const char *path)
 			   .height = (png_uint_32)snapshot->height_px,
 			   .format = PNG_FORMAT_RGB,
 			   .flags = PNG_IMAGE_FLAG_FAST};
-	uint8_t *rgb = to_rgb(snapshot);
+	struct output_file file;
+	int err = output_file_open(&file, path, NULL);
 
-	if (!rgb)
-		return -ENOMEM;
-	for (uint32_t b = 0; b < snapshot->blob_count; b++)
+	if (err)
+		return err;
+	uint8_t *rgb = to_rgb(snapshot);
+	for (uint32_t b = 0; rgb && b < snapshot->blob_count; b++)
 		draw_circle(rgb, snapshot, &snapshot->blobs[b]);
 	errno = 0;
-	int written = png_image_write_to_file(&image, path, 0, rgb, 0, NULL);
-	int err = written ? 0 : errno ? -errno : -EIO;
+	if (!rgb)
+		err = -ENOMEM;
+	else if (!png_image_write_to_stdio(&image, file.stream, 0, rgb, 0, NULL))
+		err = errno ? -errno : -EIO;
 	free(rgb);
-	return err;
+	return output_file_end(&file, err, NULL);
 }

@@ -1,10 +1,13 @@
 """Contact sheets: a person sees what the cameras see. What they must show is told beside them."""
 import json
 import re
+import resource
+import signal
+import subprocess
 
 import pytest
 
-from conftest import Station, ctl
+from conftest import STAGECTL, Station, ctl
 from png_file import read_png
 
 
@@ -67,6 +70,23 @@ def test_a_sheet_that_cannot_be_written_is_named(tmp_path):
     path = tmp_path / "no-such-directory" / "a.png"
     done = ctl("sim", "preview", "rest", "--output", path)
     assert done.returncode == 1 and str(path) in done.stderr and "No such file" in done.stderr
+
+
+@pytest.mark.parametrize("what", ["sim", "camera"])
+def test_a_full_disk_leaves_the_picture_from_before(what, recording, tmp_path):
+    """The limit of a file's size stands for the disk's."""
+    picture = tmp_path / "p.png"
+    picture.write_text("before")
+    looked_at = "talking" if what == "sim" else f"files:{recording}/ir0"
+
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+    done = subprocess.run([STAGECTL, what, "preview", looked_at, "--output", picture], capture_output=True, text=True,
+                          preexec_fn=limit, timeout=60, check=False)
+    assert done.returncode == 1 and "p.png: cannot write" in done.stderr, done
+    assert picture.read_text() == "before"
+    assert [p.name for p in tmp_path.iterdir()] == ["p.png"]
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@
  * Temporary file in the same directory, then rename. SIGINT, SIGTERM and SIGHUP remove it on the
  * way out.
  */
-#include "ctl/output_file.h"
+#include "base/output_file.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -102,9 +102,26 @@ int output_file_open(struct output_file *file, const char *path, struct diag *di
 	return err;
 }
 
+static int fail(const struct output_file *file, int err, struct diag *diag)
+{
+	diag_add(diag, "%s: cannot write: %s", file->path[0] ? file->path : "standard output",
+		 strerror(-err));
+	return err;
+}
+
+/* A file gets its name only when it would outlast a power cut. */
+static int flush(struct output_file *file)
+{
+	if (fflush(file->stream) != 0)
+		return -errno;
+	if (ferror(file->stream))
+		return -EIO;
+	return file->temporary[0] && fsync(fileno(file->stream)) < 0 ? -errno : 0;
+}
+
 int output_file_commit(struct output_file *file, struct diag *diag)
 {
-	int err = fflush(file->stream) != 0 ? -errno : ferror(file->stream) ? -EIO : 0;
+	int err = flush(file);
 
 	if (file->stream != stdout && fclose(file->stream) != 0 && !err)
 		err = -errno;
@@ -114,10 +131,17 @@ int output_file_commit(struct output_file *file, struct diag *diag)
 	if (!err)
 		file->temporary[0] = '\0';
 	else
-		diag_add(diag, "%s: cannot write: %s",
-			 file->path[0] ? file->path : "standard output", strerror(-err));
+		fail(file, err, diag);
 	output_file_discard(file);
 	return err;
+}
+
+int output_file_end(struct output_file *file, int err, struct diag *diag)
+{
+	if (!err)
+		return output_file_commit(file, diag);
+	output_file_discard(file);
+	return fail(file, err, diag);
 }
 
 void output_file_discard(struct output_file *file)
