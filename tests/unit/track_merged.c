@@ -118,17 +118,13 @@ static void so_they_do_in_pictures(void **state)
 static void in_a_room_too(void **state)
 {
 	(void)state;
-	for (int k = 0; k < 2; k++) {
-		struct sim_options room = {.scene = "four-actors",
-					   .seed = 7001,
-					   .optics = OPTICS[k],
-					   .face_speed_m_s = 0.8};
-		struct pressed p = play(room, 0, INFINITY, 2.3);
+	struct sim_options room = {
+		.scene = "four-actors", .seed = 7001, .optics = "tailed", .face_speed_m_s = 0.8};
+	struct pressed p = play(room, 0, INFINITY, 2.2);
 
-		assert_true(p.count > 1000);
-		assert_int_equal(p.wrong, 0);
-		assert_true(p.right >= 0.98 * p.count);
-	}
+	assert_true(p.count > 1000);
+	assert_int_equal(p.wrong, 0);
+	assert_true(p.right >= 0.98 * p.count);
 }
 
 int main(void)
