@@ -65,6 +65,19 @@ static int read_next(struct files_camera *camera)
 	return err ? -EBADMSG : 0;
 }
 
+/* The end of the recording, behind a line that was cut off if there is one. */
+static int tell_cut_line(struct files_camera *camera)
+{
+	char path[PATH_MAX + 32];
+
+	if (!camera->table.cut_line || camera->cut_told)
+		return -ENODATA;
+	camera->cut_told = true;
+	snprintf(path, sizeof(path), "%s/frames.csv:%d", camera->dir, camera->table.cut_line);
+	note_damage(camera, path, "cut off in mid-line, and left out");
+	return -EBADMSG;
+}
+
 /* Waits until the image is due: 0 or -ETIMEDOUT. */
 static int wait_until_due(const struct files_camera *camera, int64_t deadline_ns)
 {
@@ -108,7 +121,7 @@ int files_acquire(struct camera *base, int64_t timeout_ns, struct frame *out)
 	assert(!camera->lent);
 	if (!camera->has_image) {
 		if (camera->next_row == camera->table.row_count)
-			return -ENODATA;
+			return tell_cut_line(camera);
 		err = read_next(camera); /* ahead of its time */
 		if (err)
 			return err;
@@ -135,6 +148,11 @@ void files_release(struct camera *base, struct frame *frame)
 uint64_t files_camera_count(const struct camera *base)
 {
 	return ((const struct files_camera *)base)->table.row_count;
+}
+
+int files_camera_line(const struct camera *base, uint64_t device_seq)
+{
+	return ((const struct files_camera *)base)->table.rows[device_seq].line;
 }
 
 uint64_t files_camera_damaged_count(const struct camera *base)

@@ -20,6 +20,9 @@ extern const struct camera_driver files_camera_driver_unpaced;
 /* Any thread, while it is open: how many images the recording has. */
 uint64_t files_camera_count(const struct camera *camera);
 
+/* Any thread, while it is open: the line of frames.csv that a frame is of. */
+int files_camera_line(const struct camera *camera, uint64_t device_seq);
+
 /* Any thread, while it is open: how many images could not be read since start, and the first cause
  * ("DIR/000007.pgm: truncated: ..."), "" when there is none. */
 uint64_t files_camera_damaged_count(const struct camera *camera);

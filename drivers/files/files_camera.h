@@ -29,10 +29,11 @@ struct files_camera {
 	size_t next_row;
 	bool has_image; /* read, not yet lent */
 	bool lent;
+	bool cut_told;
 	/* any thread */
 	_Atomic uint64_t damaged_count;
 	_Atomic bool problem_known;
-	char problem[PATH_MAX + IMAGE_PROBLEM_BYTES + 4]; /* set once before problem_known */
+	char problem[PATH_MAX + IMAGE_PROBLEM_BYTES + 32]; /* set once before problem_known */
 };
 
 int files_acquire(struct camera *base, int64_t timeout_ns, struct frame *out);

@@ -53,31 +53,65 @@ static int find_dir(struct files_camera *camera, const char *rest, const char *b
 	return -ENOTDIR;
 }
 
-/* Every image is there, as far as that can be told without reading them all. */
-static int check_files(const struct files_camera *camera, struct diag *diag)
+static int find_file(const struct files_camera *camera, const struct files_row *row,
+		     char path[PATH_MAX + 1])
+{
+	int length = snprintf(path, PATH_MAX + 1, "%s/%s", camera->dir, row->file);
+	struct stat st;
+
+	if (length >= PATH_MAX)
+		return -ENAMETOOLONG;
+	if (stat(path, &st) < 0)
+		return -errno;
+	return S_ISREG(st.st_mode) ? 0 : -EINVAL;
+}
+
+static void tell_missing(const struct files_camera *camera, struct diag *diag)
 {
 	char path[PATH_MAX + 1];
-	int err = 0;
 
 	for (size_t i = 0; i < camera->table.row_count; i++) {
 		const struct files_row *row = &camera->table.rows[i];
-		struct stat st;
-		int length = snprintf(path, sizeof(path), "%s/%s", camera->dir, row->file);
 
-		if (length < PATH_MAX && stat(path, &st) == 0 && S_ISREG(st.st_mode))
-			continue;
-		diag_add(diag, "%s/frames.csv:%d: file: '%.40s' is not a file in this directory",
-			 camera->dir, row->line, row->file);
-		err = -EINVAL;
+		if (find_file(camera, row, path))
+			diag_add(diag,
+				 "%s/frames.csv:%d: file: '%.40s' is not a file in this directory",
+				 camera->dir, row->line, row->file);
 	}
-	return err;
 }
 
-static int read_first(struct files_camera *camera, struct diag *diag)
+/* Images that are not there are lost pictures, counted when their turn comes; where most are, it is
+ * another directory's table. What is there and no file may not be read. `first` is one that is. */
+static int check_files(const struct files_camera *camera, const struct files_row **first,
+		       struct diag *diag)
+{
+	const struct files_table *table = &camera->table;
+	const struct files_row *found = NULL;
+	char path[PATH_MAX + 1];
+	size_t missing = 0;
+	bool wrong = false;
+
+	for (size_t i = 0; i < table->row_count; i++) {
+		int err = find_file(camera, &table->rows[i], path);
+
+		if (!err && !found)
+			found = &table->rows[i];
+		missing += err == -ENOENT;
+		wrong |= err && err != -ENOENT;
+	}
+	if (wrong || 2 * missing > table->row_count) {
+		tell_missing(camera, diag);
+		return -EINVAL;
+	}
+	*first = found;
+	return 0;
+}
+
+static int read_first(struct files_camera *camera, const struct files_row *first, struct diag *diag)
 {
 	char path[PATH_MAX + 1], problem[IMAGE_PROBLEM_BYTES];
 
-	snprintf(path, sizeof(path), "%s/%s", camera->dir, camera->table.rows[0].file);
+	snprintf(path, sizeof(path), "%s/%s", camera->dir, first->file);
 	int err = image_probe(path, &camera->first, problem);
 	if (err) {
 		diag_add(diag, "%s: %s", path, problem);
@@ -91,13 +125,14 @@ static int read_first(struct files_camera *camera, struct diag *diag)
 
 static int load_recording(struct files_camera *camera, struct diag *diag)
 {
+	const struct files_row *first;
 	char path[PATH_MAX + 16];
 
 	snprintf(path, sizeof(path), "%s/frames.csv", camera->dir);
 	int err = files_table_load(&camera->table, path, diag);
 	if (!err)
-		err = check_files(camera, diag);
-	return err ? err : read_first(camera, diag);
+		err = check_files(camera, &first, diag);
+	return err ? err : read_first(camera, first, diag);
 }
 
 static void files_close(struct camera *base)
@@ -187,6 +222,7 @@ static int files_start(struct camera *base, struct diag *diag)
 	camera->has_image = false;
 	camera->lent = false;
 	camera->problem_known = false;
+	camera->cut_told = false;
 	camera->damaged_count = 0;
 	if (!camera->paced)
 		return 0;

@@ -22,7 +22,7 @@ static const char *const column_names[COLUMN_COUNT] = {"shot", "mid_exposure_ns"
 
 struct parser {
 	const char *path;
-	struct diag *diag;
+	struct diag *diag; /* NULL: not to be told */
 	bool failed;
 	int line;
 	int column_at[COLUMN_COUNT]; /* place of each column, -1 = absent */
@@ -160,6 +160,32 @@ static int add_row(struct files_table *table, const struct files_row *row)
 	return 0;
 }
 
+/* Returns 0 or -ENOMEM. A line without an end that is no row was being written when a recorder or a
+ * copy ended: what is before it stands. */
+static int take_row(struct parser *p, struct files_table *table, char *line, bool has_end)
+{
+	bool failed_before = p->failed, may_be_cut = !has_end && table->row_count;
+	struct diag *diag = p->diag;
+	struct files_row row;
+	int err = 0;
+
+	p->diag = may_be_cut ? NULL : diag;
+	p->failed = false;
+	if (split(p, line))
+		read_row(p, &row);
+	if (!p->failed && table->row_count)
+		check_order(p, &row, &table->rows[table->row_count - 1]);
+	if (!p->failed)
+		err = add_row(table, &row);
+	if (p->failed && may_be_cut) {
+		table->cut_line = p->line;
+		p->failed = false;
+	}
+	p->diag = diag;
+	p->failed |= failed_before;
+	return err;
+}
+
 static int read_lines(struct parser *p, struct files_table *table)
 {
 	char *next = table->text;
@@ -168,9 +194,6 @@ static int read_lines(struct parser *p, struct files_table *table)
 	if (strncmp(next, "\xef\xbb\xbf", 3) == 0) /* a byte order mark of a spreadsheet */
 		next += 3;
 	for (char *line = next; line; line = next) {
-		struct files_row row;
-		bool failed_before = p->failed;
-
 		p->line++;
 		next = strchr(line, '\n');
 		if (next)
@@ -184,15 +207,8 @@ static int read_lines(struct parser *p, struct files_table *table)
 				return -EINVAL;
 			continue;
 		}
-		if (!split(p, line))
-			continue;
-		p->failed = false;
-		read_row(p, &row);
-		if (!p->failed && table->row_count)
-			check_order(p, &row, &table->rows[table->row_count - 1]);
-		if (!p->failed && add_row(table, &row))
+		if (take_row(p, table, line, next))
 			return -ENOMEM;
-		p->failed |= failed_before;
 	}
 	if (!p->failed && !table->row_count) {
 		diag_add(p->diag,

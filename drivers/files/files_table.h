@@ -20,7 +20,8 @@ struct files_row {
 struct files_table {
 	struct files_row *rows; /* owned; by time, and by shot where it is known */
 	size_t row_count;
-	char *text; /* owned */
+	int cut_line; /* the last, which has no end and is no row; 0: none */
+	char *text;   /* owned */
 };
 
 /* Reads and checks the table at `path`, not the files it names. Every bad row is one message

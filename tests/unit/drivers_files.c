@@ -315,6 +315,40 @@ static void a_damaged_image_is_skipped_counted_and_named(void **state)
 	expect_damaged("text.pgm", "truncated, or a pixel is not from 0 to 255");
 }
 
+static void a_missing_image_costs_one_picture(void **state)
+{
+	(void)state;
+	expect_damaged("gone.pgm", "No such file or directory");
+}
+
+/* As a recorder that was killed leaves it, at any place behind the first row. */
+static void a_last_line_that_was_cut_off_is_told_and_left_out(void **state)
+{
+	static const char *const rows = "shot,mid_exposure_ns,uncertainty_ns,file\n"
+					"1,1000,1,a.pgm\n2,2000,1,a.pgm\n";
+	static const char *const cut[] = {"3", "3,", "3,3", "3,3000,", "3,3000,1", "3,3000,1,"};
+	struct frame frame;
+	char table[256];
+
+	(void)state;
+	write_pnm("a.pgm", 1, 0);
+	for (size_t i = 0; i < sizeof(cut) / sizeof(*cut); i++) {
+		snprintf(table, sizeof(table), "%s%s", rows, cut[i]);
+		write_text("frames.csv", table);
+		start_with(&files_camera_driver_unpaced, PIXEL_GREY8);
+		for (uint64_t shot = 1; shot <= 2; shot++) {
+			assert_int_equal(next(&frame), 0);
+			assert_int_equal(frame.shot, shot);
+			camera->driver->release(camera, &frame);
+		}
+		assert_int_equal(next(&frame), -EBADMSG);
+		assert_non_null(strstr(files_camera_problem(camera), "frames.csv:4: cut off"));
+		assert_int_equal(next(&frame), -ENODATA);
+		assert_int_equal(files_camera_damaged_count(camera), 1);
+		finish();
+	}
+}
+
 static void png_files_of_other_kinds_are_named(void **state)
 {
 	uint8_t bytes[4096];
@@ -477,6 +511,8 @@ int main(void)
 		cmocka_unit_test(colour_is_delivered_where_it_is_wanted),
 		cmocka_unit_test(grey_files_are_a_mosaic_where_one_is_wanted),
 		cmocka_unit_test(a_damaged_image_is_skipped_counted_and_named),
+		cmocka_unit_test(a_missing_image_costs_one_picture),
+		cmocka_unit_test(a_last_line_that_was_cut_off_is_told_and_left_out),
 		cmocka_unit_test(png_files_of_other_kinds_are_named),
 		cmocka_unit_test(bad_rows_are_all_named_in_one_run),
 		cmocka_unit_test(file_names_stay_inside_the_directory),
