@@ -27,6 +27,10 @@ struct replay {
 	struct shot shot;
 	uint32_t taken_mask; /* whose sets are still to be popped */
 	struct replay_count count;
+	struct {
+		uint64_t count, first_shot;
+		uint64_t first_seq; /* of the camera's frames */
+	} off_time[CAMERA_MAX];
 };
 
 const struct stage *replay_stage(const struct replay *r)
@@ -37,6 +41,19 @@ const struct stage *replay_stage(const struct replay *r)
 struct replay_count replay_count(const struct replay *r)
 {
 	return r->count;
+}
+
+static void note_off_time(struct replay *r, const struct sync_decision *decision,
+			  const struct blob_set *const *sets)
+{
+	for (uint32_t left = decision->off_time_mask; left; left &= left - 1) {
+		uint32_t c = (uint32_t)__builtin_ctz(left);
+
+		if (r->off_time[c].count++)
+			continue;
+		r->off_time[c].first_shot = decision->shot;
+		r->off_time[c].first_seq = sets[c]->device_seq;
+	}
 }
 
 static void track_shot(struct replay *r, const struct sync_decision *decision,
@@ -63,8 +80,10 @@ static enum sync_result next_result(struct replay *r)
 		fronts[c] = front_of_queue(sets[c], true);
 	}
 	enum sync_result result = sync_next(&r->sync, fronts, camera_count, NULL, false, &decision);
-	if (result == SYNC_SHOT)
+	if (result == SYNC_SHOT) {
+		note_off_time(r, &decision, sets);
 		track_shot(r, &decision, sets);
+	}
 	r->taken_mask = decision.member_mask | decision.stale_mask;
 	r->count.stale += (uint64_t)__builtin_popcount(decision.stale_mask);
 	return result;
@@ -155,6 +174,16 @@ static void report_camera(const struct replay *r, uint32_t camera, struct diag *
 			 "is missing from their shots; the first: %s",
 			 named->name, losses.damaged, losses.damaged + losses.frames,
 			 first_problem(&r->cameras[camera]));
+	if (r->off_time[camera].count)
+		diag_add(diag,
+			 "camera %s: in %" PRIu64 " shots its time is more than half a period from "
+			 "the other cameras', first in shot %" PRIu64 " (%s/frames.csv:%d): the "
+			 "times of these shots are the others'; mend its mid_exposure_ns or its "
+			 "shot numbers",
+			 named->name, r->off_time[camera].count, r->off_time[camera].first_shot,
+			 named->address + strlen("files:"),
+			 files_camera_line(r->cameras[camera].camera,
+					   r->off_time[camera].first_seq));
 	if (losses.error)
 		diag_add(diag, "camera %s: %s: reading ended early: %s", named->name,
 			 named->address, strerror(-losses.error));

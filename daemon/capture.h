@@ -47,7 +47,8 @@ struct capture_counters {
 	_Atomic uint64_t blobs_lost;   /* beyond what a set holds */
 	_Atomic uint64_t damaged;      /* the driver dropped them as broken */
 	_Atomic uint64_t wrong_size;   /* of another size or format than granted */
-	_Atomic uint64_t wrong_time;   /* exposed more than a second from their arrival */
+	_Atomic uint64_t wrong_time;   /* exposed more than a second from their arrival, or half a
+					  period from the others of their shot */
 	_Atomic uint64_t timeouts;     /* waits in which nothing came */
 	_Atomic uint64_t device_gaps;  /* frames that the device counted and did not deliver */
 	_Atomic uint64_t refused;      /* no room: the solver, or who reads HD frames, stalled */

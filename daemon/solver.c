@@ -173,6 +173,8 @@ static void consume(struct solver *solver, const struct sync_decision *decision)
 			shot_book_taken(&solver->book, c);
 		}
 		count(&solver->captures[c].counters.stale, (decision->stale_mask & bit) != 0);
+		count(&solver->captures[c].counters.wrong_time,
+		      (decision->off_time_mask & bit) != 0);
 		if ((decision->stale_mask & bit) && !solver->pulses)
 			shot_book_late(&solver->book, c, solver->sync.last_shot);
 	}

@@ -160,3 +160,34 @@ def test_a_take_without_names_says_so_and_what_it_comes_from(stage):
     assert told["unnamed"]["spots"] > 30 and told["unnamed"]["named"] < 3
     assert "swapped" in told["unnamed"]["remedy"]
     assert "no names for" in ctl("process", config).stderr
+
+
+def test_a_camera_whose_times_jump_is_named_and_has_no_say(stage):
+    table = stage / "ir2" / "frames.csv"
+    lines = table.read_text().splitlines()
+    at = lines[0].split(",").index("mid_exposure_ns")
+    for i in range(31, len(lines)):
+        row = lines[i].split(",")
+        row[at] = str(int(row[at]) + 10 ** 18)
+        lines[i] = ",".join(row)
+    good = [json.loads(line) for line in process(stage / "stage.yaml").splitlines()]
+    table.write_text("\n".join(lines) + "\n")
+    done = ctl("process", stage / "stage.yaml")
+    assert done.returncode == 3
+    assert "camera ir2: in 18 shots" in done.stderr and "ir2/frames.csv:32)" in done.stderr
+    shots = [json.loads(line) for line in done.stdout.splitlines()]
+    for shot, was in zip(shots, good):
+        assert abs(shot["mid_exposure_ns"] - was["mid_exposure_ns"]) < 100_000
+
+
+def test_a_missing_image_costs_one_picture_and_a_foreign_table_is_refused(stage):
+    (stage / "ir1" / "000005.pgm").unlink()
+    done = ctl("process", stage / "stage.yaml")
+    assert done.returncode == 3 and "1 incomplete" in done.stderr
+    assert "1 of 48 images" in done.stderr and "ir1/000005.pgm" in done.stderr
+    assert len(done.stdout.splitlines()) == 48
+    for image in sorted((stage / "ir1").glob("*.pgm"))[:30]:
+        image.unlink()
+    done = ctl("process", stage / "stage.yaml")
+    assert done.returncode == 3 and not done.stdout
+    assert "frames.csv:2: file: '000000.pgm' is not a file" in done.stderr

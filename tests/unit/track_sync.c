@@ -90,9 +90,37 @@ static void frames_with_the_same_number_are_one_shot(void **state)
 	push(&p.cameras[1], 7, 900 * MS);
 	push(&p.cameras[1], 8, 901 * MS);
 	assert_shot(&p, 7, 3);
-	assert_int_equal(p.last.mid_exposure_ns, 500 * MS);
+	assert_int_equal(p.last.off_time_mask, 2); /* by number alone */
+	assert_int_equal(p.last.mid_exposure_ns, 100 * MS);
 	assert_shot(&p, 8, 2);
+	assert_int_equal(p.last.off_time_mask, 0);
 	assert_int_equal(play(&p), SYNC_END);
+}
+
+static void a_clock_that_jumps_has_no_say_in_the_time_of_a_numbered_shot(void **state)
+{
+	const int64_t years = INT64_C(1000000000000000000);
+
+	(void)state;
+	for (int wild = 0; wild < 3; wild++)
+		for (int64_t jump = -years; jump <= years; jump += years / 2) {
+			struct player p = player_of(3, PERIOD_NS);
+
+			for (uint64_t shot = 0; shot < 6; shot++)
+				for (int c = 0; c < 3; c++)
+					push(&p.cameras[c], shot,
+					     2 * years + (int64_t)shot * PERIOD_NS + c * 1000 +
+						     (c == wild && shot >= 3 ? jump : 0));
+			for (uint64_t shot = 0; shot < 6; shot++) {
+				bool off = shot >= 3 && jump != 0;
+
+				assert_shot(&p, shot, 7);
+				assert_int_equal(p.last.off_time_mask, off ? 1 << wild : 0);
+				assert_in_range(p.last.mid_exposure_ns,
+						2 * years + (int64_t)shot * PERIOD_NS,
+						2 * years + (int64_t)shot * PERIOD_NS + 2000);
+			}
+		}
 }
 
 static void numbered_frames_keep_their_numbers_over_a_drop(void **state)
@@ -399,6 +427,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(frames_with_the_same_number_are_one_shot),
+		cmocka_unit_test(a_clock_that_jumps_has_no_say_in_the_time_of_a_numbered_shot),
 		cmocka_unit_test(numbered_frames_keep_their_numbers_over_a_drop),
 		cmocka_unit_test(repeated_and_late_numbers_are_stale),
 		cmocka_unit_test(times_within_half_a_period_are_one_shot),

@@ -124,6 +124,37 @@ static int64_t mean_mid_exposure_ns(const struct front *fronts, uint32_t members
 	return (int64_t)(first + sum / __builtin_popcount(members));
 }
 
+/* The lower median: one clock that went astray has no say in it. */
+static int64_t middle_mid_exposure_ns(const struct front *fronts, uint32_t members)
+{
+	int64_t sorted[CAMERA_MAX];
+	int count = 0;
+
+	for (uint32_t left = members; left; left &= left - 1) {
+		int64_t time_ns = fronts[__builtin_ctz(left)].mid_exposure_ns;
+		int at = count++;
+
+		for (; at > 0 && sorted[at - 1] > time_ns; at--)
+			sorted[at] = sorted[at - 1];
+		sorted[at] = time_ns;
+	}
+	return sorted[(count - 1) / 2];
+}
+
+/* The time of a shot with members; names those whose times are another shot's. */
+static void set_time(const struct sync *sync, const struct front *fronts, struct sync_decision *out)
+{
+	int64_t middle_ns = middle_mid_exposure_ns(fronts, out->member_mask);
+
+	for (uint32_t left = out->member_mask; left; left &= left - 1) {
+		uint32_t c = (uint32_t)__builtin_ctz(left);
+
+		if (!within(middle_ns, fronts[c].mid_exposure_ns, window_ns(sync)))
+			out->off_time_mask |= UINT32_C(1) << c;
+	}
+	out->mid_exposure_ns = mean_mid_exposure_ns(fronts, out->member_mask & ~out->off_time_mask);
+}
+
 /* Periods from the last shot to this time, at least 1; learns the period on the way. */
 static uint64_t periods_since_last(struct sync *sync, int64_t mid_exposure_ns)
 {
@@ -177,7 +208,7 @@ static enum sync_result next_from_fronts(struct sync *sync, const struct front *
 	    !within(lead->mid_exposure_ns, numbered->mid_exposure_ns, window_ns(sync)))
 		number = SHOT_UNKNOWN; /* the numbered ones are of a later shot */
 	out->member_mask = members_of(sync, fronts, count, lead, number);
-	out->mid_exposure_ns = mean_mid_exposure_ns(fronts, out->member_mask);
+	set_time(sync, fronts, out);
 	return close_shot(sync, count, number, out);
 }
 
@@ -195,8 +226,9 @@ static enum sync_result next_from_edge(struct sync *sync, const struct front *fr
 		if (front->state == FRONT_READY && member)
 			out->member_mask |= UINT32_C(1) << c;
 	}
-	out->mid_exposure_ns = out->member_mask ? mean_mid_exposure_ns(fronts, out->member_mask)
-						: edge->mid_exposure_ns;
+	out->mid_exposure_ns = edge->mid_exposure_ns;
+	if (out->member_mask)
+		set_time(sync, fronts, out);
 	out->edge_used = true;
 	return close_shot(sync, count, edge->shot, out);
 }

@@ -33,8 +33,11 @@ struct sync {
 
 struct sync_decision {
 	uint64_t shot;
-	int64_t mid_exposure_ns; /* mean over the members; of the edge when there are none */
+	int64_t mid_exposure_ns; /* mean over the members whose times agree; of the edge when there
+				    are none */
 	uint32_t member_mask;    /* fronts that make this shot: consume them */
+	uint32_t off_time_mask;  /* members by their number that were exposed, by their time, more
+				    than half a period from the others */
 	uint32_t missing_mask;   /* cameras that have no frame in it */
 	uint32_t stale_mask;     /* fronts older than shots already closed: drop and count them */
 	bool edge_used;          /* the edge is this shot's, or (SYNC_STALE) too old: consume it */
