@@ -183,6 +183,7 @@ static const struct predictions *lay_faces(struct labelling *l, const struct tra
 void label_points(struct labelling *l, const struct tracker_state *state,
 		  const struct point *points, uint32_t point_count, int64_t now_ns)
 {
+	l->now_ns = now_ns;
 	bool fresh = any_fresh(l, state);
 	int passes = fresh ? PASSES_FRESH : predict_far_apart(state) ? PASSES_FAR : PASSES;
 

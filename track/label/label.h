@@ -18,6 +18,7 @@
 struct labelling {
 	/* filled before: own motion, and the frames found in this shot */
 	struct predictions motion;
+	int64_t now_ns; /* of the shot: filled by label_points() */
 	bool found[FRAME_MAX];
 	struct pose rt_stage_frame[FRAME_MAX], rt_frame_stage[FRAME_MAX];
 
@@ -54,6 +55,11 @@ bool label_is_plain(const struct labelling *labelling, const struct tracker_stat
 /* No unexplained point nearby says that the whole neighbourhood may be read wrongly. */
 bool label_is_alone(const struct labelling *labelling, const struct tracker_state *state,
 		    uint32_t label);
+
+/* Names that have held for a while place it, those of its neighbours or the whole face, and no
+ * label without a name could mean its point (label_anchor.c). */
+bool label_is_anchored(const struct labelling *labelling, const struct tracker_state *state,
+		       uint32_t label);
 
 /* A label without a point could be meant by this one's. */
 bool label_has_rival(const struct labelling *labelling, const struct tracker_state *state,

@@ -6,7 +6,8 @@
 
 #define PRESSED_M 0.003 /* markers nearer than this may be one spot in every image */
 #define PRESSED_SIGMA 1.0
-#define PRESSED_LAST_M 0.004 /* ... of where the missing one was when it was last seen */
+#define PRESSED_LAST_M 0.004 /* ... of where the missing one was when it was just seen */
+#define JUST_SEEN_S 1.0
 
 static double height_m(const struct labelling *l, const struct tracker_state *state,
 		       const struct point *points, int row)
@@ -49,10 +50,12 @@ static bool is_pressed(const struct labelling *l, const struct tracker_state *st
 {
 	const struct label_state *label = &state->labels[lonely];
 	const struct prediction *p = &l->predictions.labels[lonely];
+	bool just_seen = (double)(l->now_ns - label->seen_ns) * 1e-9 < JUST_SEEN_S;
 
-	return label->confirmed && (vec3_distance(p->local_m, l->seen_m[row]) <
-					    PRESSED_M + PRESSED_SIGMA * p->sigma_m ||
-				    vec3_distance(label->local_m, l->seen_m[row]) < PRESSED_LAST_M);
+	return label->confirmed &&
+	       (vec3_distance(p->local_m, l->seen_m[row]) <
+			PRESSED_M + PRESSED_SIGMA * p->sigma_m ||
+		(just_seen && vec3_distance(label->local_m, l->seen_m[row]) < PRESSED_LAST_M));
 }
 
 void label_doubt_pressed(struct labelling *l, const struct tracker_state *state)

@@ -56,7 +56,8 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 			bool jumped, int64_t now_ns)
 {
 	struct label_state *label = &state->labels[i];
-	if (point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_told(l, state, i))
+	if (point->fix.used_count >= 3 && !wear_is_gone(label) &&
+	    (label_is_told(l, state, i) || (label->confirmed && label_is_anchored(l, state, i))))
 		return true;
 	enum reading reading = first_names_read(state, l, leftovers, i);
 	bool rests = reading <= READING_EVEN && is_at_rest(l, label, i);
