@@ -133,6 +133,17 @@ static void a_lip_hidden_elsewhere_doubts_nobody(void **test_state)
 	assert_false(l.doubtful[LOWER]);
 }
 
+static void a_lip_seen_there_long_ago_doubts_nobody(void **test_state)
+{
+	(void)test_state;
+	l.now_ns = 2000000000;
+	add_point(0, MARKERS[UPPER].neutral_m, UPPER);
+	state.labels[LOWER].local_m = MARKERS[UPPER].neutral_m;
+	l.predictions.labels[LOWER].local_m.y -= 0.01;
+	label_doubt_pressed(&l, &state);
+	assert_false(l.doubtful[UPPER]);
+}
+
 /* The cheek's label has no point where it is expected, but `off_m` aside. */
 static void leave_over(double off_m, bool is_ghost)
 {
@@ -180,6 +191,7 @@ int main(void)
 		cmocka_unit_test_setup(lips_in_order_and_single_ones_stay, make_face),
 		cmocka_unit_test_setup(pressed_lips_have_no_name, make_face),
 		cmocka_unit_test_setup(a_lip_hidden_elsewhere_doubts_nobody, make_face),
+		cmocka_unit_test_setup(a_lip_seen_there_long_ago_doubts_nobody, make_face),
 		cmocka_unit_test_setup(left_over_near_each_other_are_a_pair, make_face),
 		cmocka_unit_test_setup(far_points_and_known_lights_stay_nobodys, make_face),
 		cmocka_unit_test_setup(what_two_labels_could_mean_is_no_pair, make_face),
