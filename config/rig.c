@@ -139,8 +139,7 @@ static void find_place(char place[PATH_MAX], const char *dir)
 		snprintf(place, PATH_MAX, "%s", dir);
 }
 
-/* Of RIG.d/NNNN. */
-static uint32_t number_of(const char *place)
+uint32_t rig_revision_number(const char *place)
 {
 	const char *slash = strrchr(place, '/');
 	const char *name = slash ? slash + 1 : place;
@@ -160,7 +159,7 @@ int rig_load(struct rig *rig, const char *dir, const char (*names)[NAME_BYTES], 
 	int result = 0;
 
 	find_place(place, dir);
-	made.number = number_of(place);
+	made.number = rig_revision_number(place);
 	if (stat(place, &st) < 0 || !S_ISDIR(st.st_mode)) {
 		diag_add(diag,
 			 "%s: not a directory; a rig is a directory of NAME.cameramodel files",

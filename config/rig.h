@@ -19,6 +19,9 @@ struct rig {
 	struct view views[CAMERA_MAX]; /* owned */
 };
 
+/* NNNN of "RIG.d/NNNN" or of "NNNN"; 0: no revision's place. */
+uint32_t rig_revision_number(const char *place);
+
 /* Loads the models of the named cameras, in that order, all of them from where a link `dir` leads
  * now. Every missing or malformed file is one
  * message that names file and field. Returns 0, -EINVAL or -ENOMEM; on failure nothing is held. */

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "calib/sort.h"
 #include "track/predict.h"
 
 #define OUTLIER_SHARE 5.0  /* of the median distance from the median */
@@ -19,16 +20,9 @@
 #define NEIGHBOUR_DISTANCE_M 0.06
 #define SPREAD_MIN_M 5e-5
 
-static int compare(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
-}
-
 static double median_of(double *values, uint32_t count)
 {
-	qsort(values, count, sizeof(*values), compare);
+	sort_doubles(values, count);
 	return count % 2 ? values[count / 2] : 0.5 * (values[count / 2 - 1] + values[count / 2]);
 }
 

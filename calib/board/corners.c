@@ -11,6 +11,7 @@
 #include "calib/board/homography.h"
 #include "calib/board/saddle.h"
 #include "calib/board/tags.h"
+#include "calib/sort.h"
 
 #define TAGS_ENOUGH 6      /* fewer in the smaller picture: it may be too small */
 #define DISAGREE_PART 0.12 /* of a square, between what two tags say of a corner */
@@ -122,18 +123,11 @@ static bool has_colours(const struct board *board, int corner, const struct sadd
 	return board_square_is_black(column, row) == (saddle->contrast > 0);
 }
 
-static int compare(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
-}
-
 static double median(double *values, uint32_t count)
 {
 	if (!count)
 		return 0;
-	qsort(values, count, sizeof(*values), compare);
+	sort_doubles(values, count);
 	return values[count / 2];
 }
 

@@ -13,6 +13,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "config/rig.h"
+
 static int fail(const char *path, const char *what, int err, struct diag *diag)
 {
 	diag_add(diag, "%s: cannot %s: %s", path, what, strerror(err));
@@ -50,14 +52,6 @@ int rig_store_path(char path[PATH_MAX], const char *rig_dir, const char *name, b
 	return 0;
 }
 
-/* 0: not a revision's name. */
-static uint32_t number_of(const char *name)
-{
-	if (strlen(name) != 4 || strspn(name, "0123456789") != 4)
-		return 0;
-	return (uint32_t)strtoul(name, NULL, 10);
-}
-
 /* What every link to a revision says, before the number. */
 static void link_start(char start[PATH_MAX], const char *path)
 {
@@ -74,7 +68,9 @@ static uint32_t linked_revision(const char *path, char target[PATH_MAX])
 
 	target[length > 0 ? length : 0] = '\0';
 	link_start(start, path);
-	return strncmp(target, start, strlen(start)) ? 0 : number_of(target + strlen(start));
+	return strncmp(target, start, strlen(start)) || strchr(target + strlen(start), '/')
+		       ? 0
+		       : rig_revision_number(target);
 }
 
 int rig_store_check(const char *rig_dir, struct diag *diag)
@@ -178,8 +174,8 @@ int rig_store_list(const char *rig_dir, uint32_t *numbers, struct diag *diag)
 	if (!listing)
 		return errno == ENOENT ? 0 : fail(path, "list", errno, diag);
 	while ((entry = readdir(listing)) && count < RIG_REVISION_MAX)
-		if (number_of(entry->d_name))
-			numbers[count++] = number_of(entry->d_name);
+		if (rig_revision_number(entry->d_name))
+			numbers[count++] = rig_revision_number(entry->d_name);
 	closedir(listing);
 	qsort(numbers, (size_t)count, sizeof(*numbers), compare);
 	return count;

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "calib/board/sight.h"
+#include "calib/sort.h"
 
 #define CAMERAS_MIN 3
 #define CHANGE_MIN 0.003
@@ -47,13 +48,6 @@ static uint32_t find_ratios(const struct moved *moved, uint32_t count, double *r
 	return pairs;
 }
 
-static int compare(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
-}
-
 bool scale_has_changed(const struct observations *observations, const struct solution *solution,
 		       const struct rig *before, double *factor, struct diag *diag)
 {
@@ -64,7 +58,7 @@ bool scale_has_changed(const struct observations *observations, const struct sol
 
 	if (count < CAMERAS_MIN || pairs < CAMERAS_MIN)
 		return false;
-	qsort(ratios, pairs, sizeof(*ratios), compare);
+	sort_doubles(ratios, pairs);
 	double median = ratios[pairs / 2];
 	for (uint32_t i = 0; i < pairs; i++)
 		alike += fabs(ratios[i] - median) < ALIKE * fabs(median - 1);

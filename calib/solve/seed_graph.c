@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "calib/solve/seed_parts.h"
+#include "calib/sort.h"
 #include "track/rigid.h"
 
 #define NEAR 3.0           /* times the median distance: still agrees */
@@ -58,13 +59,6 @@ static double meeting_distance_m(const struct meeting *meeting, const struct pos
 	return sum / ENDS;
 }
 
-static int compare(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
-}
-
 /* The meeting whose pose most others agree with: least median distance. */
 static double choose_pose(const struct meeting *meetings, uint32_t count, double *distances,
 			  struct pose *rt_to_from)
@@ -74,7 +68,7 @@ static double choose_pose(const struct meeting *meetings, uint32_t count, double
 	for (uint32_t k = 0; k < count; k++) {
 		for (uint32_t l = 0; l < count; l++)
 			distances[l] = meeting_distance_m(&meetings[l], &meetings[k].rt_to_from);
-		qsort(distances, count, sizeof(*distances), compare);
+		sort_doubles(distances, count);
 		if (distances[count / 2] < best) {
 			best = distances[count / 2];
 			*rt_to_from = meetings[k].rt_to_from;

@@ -8,6 +8,7 @@
 #include "calib/board/homography.h"
 #include "calib/board/plane_pose.h"
 #include "calib/solve/seed_parts.h"
+#include "calib/sort.h"
 
 #define RMS_PART_MAX 0.03 /* of the width: more than any lens bends a board */
 
@@ -60,13 +61,6 @@ static void fit_view(struct seed_work *work, uint32_t view, double focal_px)
 			   rms_px < RMS_PART_MAX * o->cameras[o->views[view].camera].width_px;
 }
 
-static int compare(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
-}
-
 int seed_fit_views(struct seed_work *work, double *focal_px, double *board_aspect)
 {
 	const struct observations *o = work->observations;
@@ -79,7 +73,7 @@ int seed_fit_views(struct seed_work *work, double *focal_px, double *board_aspec
 	for (uint32_t v = 0; !err && v < o->view_count; v++)
 		if (work->good[v])
 			fit_view(work, v, focal_px[o->views[v].camera]);
-	qsort(aspects, o->camera_count, sizeof(*aspects), compare);
+	sort_doubles(aspects, o->camera_count);
 	*board_aspect = aspects[o->camera_count / 2];
 	return err;
 }

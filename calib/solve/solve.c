@@ -10,6 +10,7 @@
 
 #include "calib/rt.h"
 #include "calib/solve/stages.h"
+#include "calib/sort.h"
 
 #define RMS_MAX_PX 1.5        /* more: these numbers describe nothing */
 #define DISTORTION_START 1e-7 /* not quite none: with none, gradients cancel */
@@ -93,13 +94,6 @@ static void read_residuals(struct solution *s, const struct problem *p,
 	s->sigma_px = sqrt(all / fmax(freedom, 1));
 }
 
-static int compare(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
-}
-
 /* Pixels are square; where all cameras say otherwise, the print is not. */
 static double median_aspect(const struct solution *s)
 {
@@ -108,7 +102,7 @@ static double median_aspect(const struct solution *s)
 	for (uint32_t c = 0; c < s->camera_count; c++)
 		aspects[c] =
 			s->intrinsics[c * s->lens_count + 1] / s->intrinsics[c * s->lens_count];
-	qsort(aspects, s->camera_count, sizeof(*aspects), compare);
+	sort_doubles(aspects, s->camera_count);
 	return aspects[s->camera_count / 2];
 }
 

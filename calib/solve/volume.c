@@ -9,6 +9,7 @@
 
 #include "calib/board/sight.h"
 #include "calib/rt.h"
+#include "calib/sort.h"
 
 #define POINTS_MIN 4
 #define TAIL 0.05 /* of the board's places, left out at each side */
@@ -54,18 +55,11 @@ static int take_box(struct volume *volume, const struct solution *solution,
 	return count < POINTS_MIN ? -EDOM : 0;
 }
 
-static int compare(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
-}
-
 static void trim(double *values, uint32_t count, double *low, double *high)
 {
 	uint32_t tail = (uint32_t)(TAIL * count);
 
-	qsort(values, count, sizeof(*values), compare);
+	sort_doubles(values, count);
 	*low = values[tail];
 	*high = values[count - 1 - tail];
 }
