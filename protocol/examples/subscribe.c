@@ -2,6 +2,7 @@
  * A smallest subscriber: prints one line per second.
  *     cc subscribe.c $(pkg-config --cflags --libs stage) && ./a.out /run/stage/stream.sock
  */
+#include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
@@ -65,5 +66,5 @@ int main(int argc, char **argv)
 		print_event(&event);
 	fprintf(stderr, "%s: the stream ended: %s\n", path, strerror(-r));
 	stage_client_close(client);
-	return 0;
+	return r == -ENODATA ? 0 : 1; /* the station's own end; or a broken stream */
 }
