@@ -173,7 +173,7 @@ static int go_on(struct actor_journal *j, struct actor_capture *capture,
 	if (ftruncate(fileno(j->file), whole) == 0 && fseek(j->file, whole, SEEK_SET) == 0)
 		return EXIT_CODE_OK;
 	diag_add(diag, "%s: cannot be written: %s", j->path, strerror(errno));
-	return EXIT_CODE_BAD_INPUT;
+	return EXIT_CODE_INTERNAL;
 }
 
 static int begin_anew(struct actor_journal *j, const struct layout *layout, struct diag *diag)
@@ -186,7 +186,7 @@ static int begin_anew(struct actor_journal *j, const struct layout *layout, stru
 	json_decref(header);
 	if (!good)
 		diag_add(diag, "%s: cannot be written: %s", j->path, strerror(errno));
-	return good ? EXIT_CODE_OK : EXIT_CODE_BAD_INPUT;
+	return good ? EXIT_CODE_OK : EXIT_CODE_INTERNAL;
 }
 
 int actor_journal_open(struct actor_journal *j, struct actor_capture *capture, const char *path,
@@ -199,7 +199,7 @@ int actor_journal_open(struct actor_journal *j, struct actor_capture *capture, c
 		j->file = fopen(path, "w+");
 	if (!j->file) {
 		diag_add(diag, "%s: cannot be written: %s", path, strerror(errno));
-		return EXIT_CODE_BAD_INPUT;
+		return EXIT_CODE_INTERNAL;
 	}
 	int code = earlier ? go_on(j, capture, layout, diag) : begin_anew(j, layout, diag);
 	if (code != EXIT_CODE_OK)

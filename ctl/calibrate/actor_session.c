@@ -162,7 +162,9 @@ static int write_file(struct actor_session *s, const char *path)
 		return EXIT_CODE_INTERNAL;
 	actor_file_write(file.stream, &s->feed->layout, when);
 	snprintf(before, sizeof(before), "%s.before", path);
-	if (rename(path, before) == 0)
+	/* the name stays with the earlier one until the new one has it */
+	unlink(before);
+	if (link(path, before) == 0 || rename(path, before) == 0)
 		actor_screen_say(s->screen,
 				 json_pack("{s:s, s:s}", "event", "kept", "file", before),
 				 "The earlier %s is now %s.", path, before);
@@ -220,7 +222,7 @@ static int open_journal(struct actor_session *s)
 	if (mkdir(s->wish->out_dir, 0777) < 0 && errno != EEXIST) {
 		diag_add(s->diag, "%s: cannot make the directory: %s", s->wish->out_dir,
 			 strerror(errno));
-		return EXIT_CODE_BAD_INPUT;
+		return EXIT_CODE_INTERNAL;
 	}
 	if (snprintf(path, sizeof(path), "%s/%s.capture", s->wish->out_dir, s->wish->name) >=
 	    (int)sizeof(path)) {

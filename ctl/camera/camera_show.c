@@ -89,23 +89,25 @@ static void print_list(const json_t *list)
 	puts(json_array_size(list) ? "" : "-");
 }
 
-static void print_values(const json_t *object, const char *indent)
+static void print_values(const json_t *object, int indent)
 {
 	const char *key;
 	json_t *value;
 
 	json_object_foreach((json_t *)object, key, value)
 	{
-		printf("%s%-*s ", indent, (int)(16 - strlen(indent)), key);
+		printf("%*s%-*s ", indent, "", 16 - indent, key);
 		if (json_is_object(value)) {
 			putchar('\n');
-			print_values(value, "  ");
+			print_values(value, indent + 2);
 			continue;
 		}
 		if (json_is_array(value))
 			print_list(value);
 		else if (json_is_string(value))
 			puts(json_string_value(value));
+		else if (json_is_null(value))
+			puts("-");
 		else if (json_is_boolean(value))
 			puts(json_is_true(value) ? "yes" : "no");
 		else if (json_is_integer(value))
@@ -137,7 +139,7 @@ int verb_camera_show(const struct verb *verb, int argc, char **argv)
 	if (json) {
 		print_json(shown);
 	} else {
-		print_values(shown, "");
+		print_values(shown, 0);
 		json_decref(shown);
 	}
 	return EXIT_CODE_OK;

@@ -141,6 +141,10 @@ static int begin(struct watch *watch)
 	diag_print(&diag, stderr);
 	diag_finish(&diag);
 	add_arrivals(watch, "present");
+	if (!watch->count && !watch->json) {
+		puts("no camera is there now");
+		fflush(stdout);
+	}
 	return err;
 }
 

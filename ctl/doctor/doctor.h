@@ -52,7 +52,7 @@ struct doctor_facts {
 	const char *recordings_dir; /* where a disk is asked for */
 	uint64_t disk_free_bytes;
 	double disk_bytes_per_s; /* written there, measured; 0: could not be */
-	char disk_error[160];    /* why not */
+	int disk_error;          /* why not, an errno; 0: it was */
 };
 
 struct doctor {

@@ -1,6 +1,7 @@
 /*
  * Whether recordings of the config's cameras fit through the disk and on to it.
  */
+#include <errno.h>
 #include <string.h>
 
 #include "ctl/doctor/doctor.h"
@@ -44,13 +45,17 @@ static void check_speed(struct doctor *doctor, double needed)
 	struct finding *finding = doctor_find(doctor, good ? FINDING_OK : FINDING_PROBLEM,
 					      "writing to %s", facts->recordings_dir);
 
-	if (*facts->disk_error)
-		doctor_say(finding->measured, "%s", facts->disk_error);
+	if (facts->disk_error)
+		doctor_say(finding->measured, "not possible: %s", strerror(facts->disk_error));
 	else
 		doctor_say(finding->measured, "%.0f MB/s", facts->disk_bytes_per_s / 1e6);
 	doctor_say(finding->limit, "recordings need %.0f MB/s, and half of that to spare",
 		   needed / 1e6);
-	if (*facts->disk_error)
+	if (facts->disk_error == ENOSPC)
+		doctor_say(finding->remedy,
+			   "make room there, or name another: recordings_dir in the config, or "
+			   "--directory DIR");
+	else if (facts->disk_error)
 		doctor_say(finding->remedy,
 			   "make it, let user %s write there, or name another: "
 			   "recordings_dir in the config, or --directory DIR",
@@ -84,6 +89,6 @@ void doctor_check_disk(struct doctor *doctor)
 
 	note_unknown(doctor);
 	check_speed(doctor, needed);
-	if (!*doctor->facts.disk_error)
+	if (!doctor->facts.disk_error)
 		check_space(doctor, needed);
 }

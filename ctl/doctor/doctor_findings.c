@@ -77,8 +77,10 @@ void doctor_print(const struct doctor *doctor)
 		topic = finding->topic;
 		print_finding(finding);
 	}
-	printf("%u problems, %u notes, %u ok\n", doctor_count(doctor, FINDING_PROBLEM),
-	       doctor_count(doctor, FINDING_NOTE), doctor_count(doctor, FINDING_OK));
+	unsigned problems = doctor_count(doctor, FINDING_PROBLEM);
+	unsigned notes = doctor_count(doctor, FINDING_NOTE);
+	printf("%u problem%s, %u note%s, %u ok\n", problems, problems == 1 ? "" : "s", notes,
+	       notes == 1 ? "" : "s", doctor_count(doctor, FINDING_OK));
 }
 
 void doctor_print_json(const struct doctor *doctor)

@@ -86,9 +86,5 @@ static int probe(struct doctor_facts *facts)
 
 void doctor_probe_disk(struct doctor_facts *facts)
 {
-	int err = probe(facts);
-
-	if (err)
-		snprintf(facts->disk_error, sizeof(facts->disk_error), "not possible: %s",
-			 strerror(-err));
+	facts->disk_error = -probe(facts);
 }

@@ -101,6 +101,12 @@ def test_another_persons_layout_is_said(tmp_path):
     assert not list((tmp_path / "out").iterdir())
 
 
+def test_a_full_disk_is_no_bad_input(tmp_path):
+    (tmp_path / "anna.capture").symlink_to("/dev/full")
+    done = calibrate(tmp_path, "--fresh")
+    assert done.returncode == 1 and "anna.capture: cannot be written" in done.stderr, done
+
+
 def test_what_cannot_be_is_refused_with_a_remedy(tmp_path):
     refused = calibrate(tmp_path, name="../anna")
     assert refused.returncode == 2 and "letters" in refused.stderr

@@ -181,11 +181,6 @@ def test_who_is_in_no_group_is_told_so(start, sim_config):
     assert done.returncode == 8 and "group" in done.stderr and "stage-operator" in done.stderr
 
 
-def test_a_camera_that_there_is_not_is_told_beside_those_that_are(shared_station):
-    done = shared_station.ctl("camera", "preview", "ir9")
-    assert done.returncode == 4 and "no camera ir9, but ir0, ir1" in done.stderr
-
-
 def test_more_gives_replies_that_continue(shared_station):
     client = shared_station.connect("control.sock")
     client.sendall(json.dumps({"method": "org.stage.Control.GetStatus", "more": True}).encode()

@@ -78,6 +78,18 @@ def test_the_examples_print_a_line_a_second(shared_station, command):
                for line in lines[1:])
 
 
+def test_the_c_example_fails_on_what_is_no_stream(tmp_path):
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listening:
+        listening.bind(str(tmp_path / "s"))
+        listening.listen()
+        with subprocess.Popen([os.environ["SUBSCRIBE_C"], str(tmp_path / "s")],
+                              stderr=subprocess.PIPE, text=True) as example:
+            client, _ = listening.accept()
+            with client:
+                client.sendall(b"\xff" * 64)
+                assert example.wait(5) == 1
+
+
 def test_preview_is_a_picture_with_the_spots_found(shared_station, tmp_path):
     picture = tmp_path / "ir2.png"
     done = shared_station.ctl("camera", "preview", "ir2", "--output", picture, "--json")
@@ -91,10 +103,14 @@ def test_preview_is_a_picture_with_the_spots_found(shared_station, tmp_path):
 def test_camera_show_asks_the_station(shared_station):
     told = json.loads(shared_station.ctl("camera", "show", "ir1", "--json").stdout)
     assert told["address"] == "sim:ir1" and told["state"] == "running"
+    lines = shared_station.ctl("camera", "show", "ir1").stdout.splitlines()
+    keys = [re.match(r" *\S+", line)[0] for line in lines]
+    assert len(set(keys)) == len(keys)
+    assert [line.split()[1:] for line in lines if line.startswith("lost ")] == [["-"]]
     refused = shared_station.ctl("camera", "show", "ir9")
     assert refused.returncode == 4 and "ir9" in refused.stderr
     refused = shared_station.ctl("camera", "preview", "ir9")
-    assert refused.returncode == 4 and "NoSuchCamera" in refused.stderr
+    assert refused.returncode == 4 and "no camera ir9, but ir0, ir1" in refused.stderr
 
 
 def test_control_socket_describes_itself(shared_station):

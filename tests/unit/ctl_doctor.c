@@ -1,6 +1,7 @@
 /*
  * What doctor says of real time, clock and disk of machines that are made up.
  */
+#include <errno.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -216,9 +217,15 @@ static void a_directory_that_cannot_be_written_is_a_problem(void **state)
 {
 	struct machine *machine = *state;
 
-	strcpy(machine->doctor.facts.disk_error, "not possible: Permission denied");
+	machine->doctor.facts.disk_error = EACCES;
 	machine_examine(machine, doctor_check_disk);
-	machine_expect(machine, FINDING_PROBLEM, "writing to /takes");
+	const struct finding *finding =
+		machine_expect(machine, FINDING_PROBLEM, "writing to /takes");
+	assert_non_null(strstr(finding->remedy, "write there"));
+	machine->doctor.facts.disk_error = ENOSPC;
+	machine_examine(machine, doctor_check_disk);
+	finding = machine_expect(machine, FINDING_PROBLEM, "writing to /takes");
+	assert_non_null(strstr(finding->remedy, "make room"));
 }
 
 static void hd_images_of_unknown_size_are_noted(void **state)
