@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "config/addresses.h"
 #include "config/config_camera.h"
 #include "config/masks.h"
 #include "config/plan.h"
@@ -57,16 +58,15 @@ static void read_faults(struct yaml *yaml, const struct yaml_value *value, void 
 	sim_faults_read(yaml, value, &((struct config *)target)->sim_faults);
 }
 
-static const struct yaml_key sim_keys[] = {
-	{"scene", YAML_TEXT, AT(sim_scene), .size = PATH_MAX},
-	{"seed", YAML_UINT64, .offset = AT(sim_seed)},
-	{"epoch_ns", YAML_INT64, .offset = AT(sim_epoch_ns)},
-	{"clock", YAML_CHOICE, AT(sim_clock), .choices = sim_clocks},
-	{"faults", YAML_CUSTOM, .read = read_faults},
-	{0},
-};
+enum { SIM_SCENE, SIM_SEED, SIM_EPOCH, SIM_CLOCK, SIM_FAULTS, SIM_KEY_COUNT };
 
-enum { SIM_CLOCK = 3, SIM_KEYS_SEEN = sizeof(sim_keys) / sizeof(*sim_keys) };
+static const struct yaml_key sim_keys[SIM_KEY_COUNT + 1] = {
+	[SIM_SCENE] = {"scene", YAML_TEXT, AT(sim_scene), .size = PATH_MAX},
+	[SIM_SEED] = {"seed", YAML_UINT64, .offset = AT(sim_seed)},
+	[SIM_EPOCH] = {"epoch_ns", YAML_INT64, .offset = AT(sim_epoch_ns)},
+	[SIM_CLOCK] = {"clock", YAML_CHOICE, AT(sim_clock), .choices = sim_clocks},
+	[SIM_FAULTS] = {"faults", YAML_CUSTOM, .read = read_faults},
+};
 
 static void read_rate(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
@@ -105,7 +105,7 @@ static void read_tracking(struct yaml *yaml, const struct yaml_value *value, voi
 static void read_sim(struct yaml *yaml, const struct yaml_value *value, void *target)
 {
 	struct config *config = target;
-	struct yaml_place places[SIM_KEYS_SEEN];
+	struct yaml_place places[SIM_KEY_COUNT + 1];
 
 	memset(places, 0, sizeof(places));
 	yaml_read_mapping(yaml, value, sim_keys, target, places);
@@ -164,37 +164,13 @@ static void read_calibration(struct yaml *yaml, const struct yaml_value *value, 
 
 #define PLAN_MICROS(member, low) NUMBER(YAML_MICROS, plan.member, (low), 1e6, "microseconds")
 
-static const struct yaml_key keys[] = {
-	{"rig", YAML_TEXT, AT(rig_dir), true, .size = PATH_MAX},
-	{"layout", YAML_CUSTOM, .read = read_layout},
-	{"layouts", YAML_CUSTOM, .read = read_layouts},
-	{"cameras", YAML_CUSTOM, .required = true, .read = read_cameras},
-	{"trigger", YAML_TEXT, AT(trigger), .size = sizeof(((struct config *)0)->trigger)},
-	{"rate_hz", YAML_CUSTOM, .read = read_rate},
-	{"exposure_us", PLAN_MICROS(ir_exposure_ns, 1)},
-	{"ir_delay_us", PLAN_MICROS(ir_delay_ns, 0)},
-	{"strobe_delay_us", PLAN_MICROS(strobe_delay_ns, 0)},
-	{"strobe_width_us", PLAN_MICROS(strobe_width_ns, 0)},
-	{"strobe_duty_max",
-	 NUMBER(YAML_DOUBLE, plan.strobe_duty_max, 0.001, 1, "share of the time")},
-	{"hd", YAML_CUSTOM, .read = read_hd},
-	{"socket_dir", YAML_TEXT, AT(socket_dir), .size = PATH_MAX},
-	{"masks", YAML_TEXT, AT(masks_path), .size = PATH_MAX},
-	{"blobs", YAML_CUSTOM, .read = read_blobs},
-	{"tracking", YAML_CUSTOM, .read = read_tracking},
-	{"sim", YAML_CUSTOM, .read = read_sim},
-	{"calibration", YAML_CUSTOM, .read = read_calibration},
-	{"strobe_one_shot_us", NUMBER(YAML_MICROS, strobe_one_shot_ns, 1, 1e6, "microseconds")},
-	{"strobe_pull_down", YAML_BOOL, .offset = AT(strobe_pull_down)},
-	{"recordings_dir", YAML_TEXT, AT(recordings_dir), .size = PATH_MAX},
-	{0},
-};
-
-enum {
+enum key {
 	KEY_RIG,
 	KEY_LAYOUT,
 	KEY_LAYOUTS,
-	KEY_RATE = 5,
+	KEY_CAMERAS,
+	KEY_TRIGGER,
+	KEY_RATE,
 	KEY_EXPOSURE,
 	KEY_IR_DELAY,
 	KEY_STROBE_DELAY,
@@ -203,9 +179,41 @@ enum {
 	KEY_HD,
 	KEY_SOCKET_DIR,
 	KEY_MASKS,
-	KEY_CALIBRATION = 17,
-	KEY_RECORDINGS_DIR = 20,
-	KEY_COUNT = sizeof(keys) / sizeof(*keys) - 1
+	KEY_BLOBS,
+	KEY_TRACKING,
+	KEY_SIM,
+	KEY_CALIBRATION,
+	KEY_STROBE_ONE_SHOT,
+	KEY_STROBE_PULL_DOWN,
+	KEY_RECORDINGS_DIR,
+	KEY_COUNT
+};
+
+static const struct yaml_key keys[KEY_COUNT + 1] = {
+	[KEY_RIG] = {"rig", YAML_TEXT, AT(rig_dir), true, .size = PATH_MAX},
+	[KEY_LAYOUT] = {"layout", YAML_CUSTOM, .read = read_layout},
+	[KEY_LAYOUTS] = {"layouts", YAML_CUSTOM, .read = read_layouts},
+	[KEY_CAMERAS] = {"cameras", YAML_CUSTOM, .required = true, .read = read_cameras},
+	[KEY_TRIGGER] = {"trigger", YAML_TEXT, AT(trigger),
+			 .size = sizeof(((struct config *)0)->trigger)},
+	[KEY_RATE] = {"rate_hz", YAML_CUSTOM, .read = read_rate},
+	[KEY_EXPOSURE] = {"exposure_us", PLAN_MICROS(ir_exposure_ns, 1)},
+	[KEY_IR_DELAY] = {"ir_delay_us", PLAN_MICROS(ir_delay_ns, 0)},
+	[KEY_STROBE_DELAY] = {"strobe_delay_us", PLAN_MICROS(strobe_delay_ns, 0)},
+	[KEY_STROBE_WIDTH] = {"strobe_width_us", PLAN_MICROS(strobe_width_ns, 0)},
+	[KEY_STROBE_DUTY] = {"strobe_duty_max", NUMBER(YAML_DOUBLE, plan.strobe_duty_max, 0.001, 1,
+						       "share of the time")},
+	[KEY_HD] = {"hd", YAML_CUSTOM, .read = read_hd},
+	[KEY_SOCKET_DIR] = {"socket_dir", YAML_TEXT, AT(socket_dir), .size = PATH_MAX},
+	[KEY_MASKS] = {"masks", YAML_TEXT, AT(masks_path), .size = PATH_MAX},
+	[KEY_BLOBS] = {"blobs", YAML_CUSTOM, .read = read_blobs},
+	[KEY_TRACKING] = {"tracking", YAML_CUSTOM, .read = read_tracking},
+	[KEY_SIM] = {"sim", YAML_CUSTOM, .read = read_sim},
+	[KEY_CALIBRATION] = {"calibration", YAML_CUSTOM, .read = read_calibration},
+	[KEY_STROBE_ONE_SHOT] = {"strobe_one_shot_us",
+				 NUMBER(YAML_MICROS, strobe_one_shot_ns, 1, 1e6, "microseconds")},
+	[KEY_STROBE_PULL_DOWN] = {"strobe_pull_down", YAML_BOOL, .offset = AT(strobe_pull_down)},
+	[KEY_RECORDINGS_DIR] = {"recordings_dir", YAML_TEXT, AT(recordings_dir), .size = PATH_MAX},
 };
 
 static void set_defaults(struct config *config, const char *path)
@@ -281,12 +289,8 @@ static void finish_plan(struct yaml *yaml, struct reading *reading, const struct
 		reading->plan.fields[f] = places[key_of_field[f]];
 	reading->plan.otherwise = root;
 	plan_finish(yaml, &config->plan, &reading->plan);
-	for (uint32_t i = 0; i < config->camera_count; i++) {
-		struct config_camera *camera = &config->cameras[i];
-
-		camera->wanted.period_ns = config->plan.period_ns *
-					   (camera->role == ROLE_HD ? config->plan.hd_divider : 1);
-	}
+	for (uint32_t i = 0; i < config->camera_count; i++)
+		camera_finish(yaml, config, i);
 }
 
 /* Real devices live in real time. */
@@ -309,15 +313,6 @@ static void check_clock(struct yaml *yaml, const struct config *config)
 			      config->trigger);
 }
 
-/* NULL when there is none of this name. */
-static struct config_camera *find_camera(struct config *config, const char *name)
-{
-	for (uint32_t c = 0; c < config->camera_count; c++)
-		if (strcmp(config->cameras[c].name, name) == 0)
-			return &config->cameras[c];
-	return NULL;
-}
-
 /* Masks from their own file. */
 static void add_masks(struct yaml *yaml, struct config *config, struct yaml_place place)
 {
@@ -331,7 +326,9 @@ static void add_masks(struct yaml *yaml, struct config *config, struct yaml_plac
 		return;
 	}
 	for (uint32_t m = 0; m < masks.count; m++) {
-		struct config_camera *camera = find_camera(config, masks.cameras[m].camera);
+		int found =
+			camera_find(config->cameras, config->camera_count, masks.cameras[m].camera);
+		struct config_camera *camera = found < 0 ? NULL : &config->cameras[found];
 
 		if (!camera || camera->role != ROLE_IR)
 			yaml_complain(yaml, place, "masks", "%s: there is no camera %s of role ir",
@@ -346,7 +343,8 @@ static void add_masks(struct yaml *yaml, struct config *config, struct yaml_plac
 	}
 }
 
-static void read_config(struct yaml *yaml, struct reading *reading)
+static void read_config(struct yaml *yaml, struct reading *reading,
+			const struct config_drivers *drivers)
 {
 	struct config *config = &reading->config;
 	struct yaml_value root = yaml_root(yaml);
@@ -356,8 +354,12 @@ static void read_config(struct yaml *yaml, struct reading *reading)
 	yaml_read_mapping(yaml, &root, keys, reading, places);
 	check_clock(yaml, config);
 	finish_plan(yaml, reading, places, root.place);
+	struct yaml_place trigger = places[KEY_TRIGGER];
+
 	plan_finish_calibration(
 		yaml, config, places[KEY_CALIBRATION].line ? places[KEY_CALIBRATION] : root.place);
+	if (drivers)
+		addresses_ask(yaml, config, drivers, trigger.line ? trigger : root.place);
 	sim_faults_finish(yaml, &config->sim_faults, config->cameras, config->camera_count);
 	if (is_path(config->sim_scene))
 		resolve(yaml, config, config->sim_scene, root.place, "sim.scene", PATH_MAX - 1);
@@ -380,7 +382,8 @@ struct blob_settings config_blobs(const struct config *config, uint32_t camera)
 	return settings;
 }
 
-int config_load(struct config *config, const char *path, struct diag *diag)
+int config_load_for(struct config *config, const char *path, const struct config_drivers *drivers,
+		    struct diag *diag)
 {
 	static struct reading made; /* control thread only; too large for its stack */
 	struct yaml yaml;
@@ -395,10 +398,15 @@ int config_load(struct config *config, const char *path, struct diag *diag)
 		return err;
 	memset(&made, 0, sizeof(made));
 	set_defaults(&made.config, path);
-	read_config(&yaml, &made);
+	read_config(&yaml, &made, drivers);
 	err = yaml.failed ? -EINVAL : 0;
 	yaml_close(&yaml);
 	if (!err)
 		*config = made.config;
 	return err;
+}
+
+int config_load(struct config *config, const char *path, struct diag *diag)
+{
+	return config_load_for(config, path, NULL, diag);
 }

@@ -66,5 +66,17 @@ struct config {
  * "file:line:column: field: what is wrong". Returns 0, -EINVAL, or the errno of reading it. */
 int config_load(struct config *config, const char *path, struct diag *diag);
 
+/* What the drivers of a program say of addresses: one message for each thing that is wrong, which
+ * the config tells behind file, line and column. */
+struct config_drivers {
+	void (*camera)(const char *address, struct diag *diag);
+	/* of config.trigger; and of its plans, which are only good then */
+	void (*trigger)(const struct config *config, bool plans_are_good, struct diag *diag);
+};
+
+/* The same, with the drivers asked. */
+int config_load_for(struct config *config, const char *path, const struct config_drivers *drivers,
+		    struct diag *diag);
+
 /* How blobs are found in a camera's images. */
 struct blob_settings config_blobs(const struct config *config, uint32_t camera);

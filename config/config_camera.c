@@ -3,10 +3,12 @@
  */
 #include "config/config_camera.h"
 
+#include <errno.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "config/masks.h"
 
 static const char *const roles[] = {"ir", "hd", NULL};
@@ -187,4 +189,31 @@ void camera_read(struct yaml *yaml, const struct yaml_value *value, struct confi
 	check_format(yaml, &camera, value);
 	check_shutter(yaml, &camera, value);
 	config->cameras[config->camera_count++] = camera;
+}
+
+void camera_finish(struct yaml *yaml, struct config *config, uint32_t index)
+{
+	struct config_camera *camera = &config->cameras[index];
+	struct yaml_place place = {camera->line, camera->column};
+	struct camera_mode *wanted = &camera->wanted;
+	char field[YAML_FIELD_BYTES];
+
+	wanted->period_ns =
+		config->plan.period_ns * (camera->role == ROLE_HD ? config->plan.hd_divider : 1);
+	if (wanted->exposure_ns < wanted->period_ns || wanted->period_ns <= 0)
+		return;
+	snprintf(field, sizeof(field), "cameras[%u].exposure_us", index);
+	yaml_complain(yaml, place, field,
+		      "%.6g us does not fit between two pictures, which are %.6g us apart; lower "
+		      "it or the rate",
+		      (double)wanted->exposure_ns / NS_PER_US,
+		      (double)wanted->period_ns / NS_PER_US);
+}
+
+int camera_find(const struct config_camera *cameras, uint32_t count, const char *name)
+{
+	for (uint32_t c = 0; c < count; c++)
+		if (strcmp(cameras[c].name, name) == 0)
+			return (int)c;
+	return -ENOENT;
 }

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "config/config.h"
+#include "config/config_camera.h"
 #include "config/yaml.h"
 
 static const char *const kinds[] = {
@@ -62,15 +63,6 @@ static void read_fault(struct yaml *yaml, const struct yaml_value *value, void *
 void sim_faults_read(struct yaml *yaml, const struct yaml_value *value, struct sim_faults *faults)
 {
 	yaml_read_list(yaml, value, SIM_FAULT_MAX, "faults", read_fault, faults);
-}
-
-static const struct config_camera *find_camera(const struct config_camera *cameras, uint32_t count,
-					       const char *name)
-{
-	for (uint32_t c = 0; c < count; c++)
-		if (strcmp(cameras[c].name, name) == 0)
-			return &cameras[c];
-	return NULL;
 }
 
 void sim_fault_check_kind(struct yaml *yaml, const struct sim_fault *fault, enum sim_fault_of of,
@@ -136,8 +128,10 @@ void sim_faults_finish(struct yaml *yaml, struct sim_faults *faults,
 		char field[YAML_FIELD_BYTES];
 
 		snprintf(field, sizeof(field), "sim.faults[%u].camera", i);
-		if (*fault->camera)
-			finish_fault(yaml, fault, field,
-				     find_camera(cameras, camera_count, fault->camera));
+		if (!*fault->camera)
+			continue;
+		int found = camera_find(cameras, camera_count, fault->camera);
+
+		finish_fault(yaml, fault, field, found < 0 ? NULL : &cameras[found]);
 	}
 }

@@ -87,34 +87,56 @@ static bool is_missing(const char *rig_dir)
 	return lstat(rig_dir, &st) < 0 && errno == ENOENT;
 }
 
-static int load(struct stage *stage, const char *config_path, bool to_calibrate, struct diag *diag)
+/* A station sees by its tracked cameras alone. */
+static int check_roles(const struct stage *stage, struct diag *diag)
+{
+	const struct config *config = &stage->config;
+
+	if (stage->ir_mask)
+		return 0;
+	diag_add(diag,
+		 "%s:%d:%d: cameras: none has the role ir, so there is nothing to track: give one "
+		 "that sees the markers role: ir",
+		 config->path, config->cameras[0].line, config->cameras[0].column);
+	return -EINVAL;
+}
+
+static int load(struct stage *stage, const char *config_path, bool to_calibrate,
+		const struct config_drivers *drivers, struct diag *diag)
 {
 	memset(stage, 0, sizeof(*stage));
-	int err = config_load(&stage->config, config_path, diag);
+	int err = config_load_for(&stage->config, config_path, drivers, diag);
 	if (err)
 		return err;
 	int layout_err = load_layouts(stage, diag);
 	number_views(stage);
+	int roles_err = check_roles(stage, diag);
 	stage->has_rig = !to_calibrate || !is_missing(stage->config.rig_dir);
 	int rig_err = stage->has_rig ? load_rig(stage, &stage->rig, &stage->tracking, diag) : 0;
 
 	if (!stage->has_rig)
 		strcpy(stage->rig.revision, "none");
+	if (!layout_err)
+		layout_err = roles_err;
 	if (layout_err && !rig_err)
 		rig_finish(&stage->rig);
-	if (layout_err || rig_err)
-		return layout_err ? layout_err : rig_err;
-	return 0;
+	return layout_err ? layout_err : rig_err;
 }
 
 int stage_load(struct stage *stage, const char *config_path, struct diag *diag)
 {
-	return load(stage, config_path, false, diag);
+	return load(stage, config_path, false, NULL, diag);
+}
+
+int stage_load_for(struct stage *stage, const char *config_path,
+		   const struct config_drivers *drivers, struct diag *diag)
+{
+	return load(stage, config_path, false, drivers, diag);
 }
 
 int stage_load_to_calibrate(struct stage *stage, const char *config_path, struct diag *diag)
 {
-	return load(stage, config_path, true, diag);
+	return load(stage, config_path, true, NULL, diag);
 }
 
 void stage_finish(struct stage *stage)

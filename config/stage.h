@@ -24,6 +24,10 @@ struct stage {
  * errno of reading a file; on failure nothing is held. */
 int stage_load(struct stage *stage, const char *config_path, struct diag *diag);
 
+/* The same, with the drivers asked about addresses (config.h). */
+int stage_load_for(struct stage *stage, const char *config_path,
+		   const struct config_drivers *drivers, struct diag *diag);
+
 /* The same for who can make a rig: that its directory does not exist is no error. */
 int stage_load_to_calibrate(struct stage *stage, const char *config_path, struct diag *diag);
 

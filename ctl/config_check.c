@@ -9,11 +9,11 @@
 
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
+#include "ctl/layout_warnings.h"
 #include "ctl/print_json.h"
 #include "ctl/program_drivers.h"
 #include "drivers/open_cameras.h"
 #include "sim/world/scene.h"
-#include "track/predict.h"
 
 /* Recordings are files too: their first images are opened to compare sizes. */
 static uint32_t recorded_cameras(const struct config *config)
@@ -26,33 +26,30 @@ static uint32_t recorded_cameras(const struct config *config)
 	return mask;
 }
 
-/* Both plans that it may be armed with. */
-static int check_trigger(const struct config *config, struct diag *diag)
+/* A live device is not touched, but its driver must be one that there is, */
+static void ask_camera(const char *address, struct diag *diag)
+{
+	const char *rest;
+
+	camera_driver_find(live_drivers, address, &rest, diag);
+}
+
+/* and a trigger's address and both plans that it may be armed with such that it can do them. */
+static void ask_trigger(const struct config *config, bool plans_are_good, struct diag *diag)
 {
 	const char *rest;
 	const struct trigger_driver *driver =
 		trigger_driver_find(live_triggers, config->trigger, &rest, diag);
 
-	if (!driver)
-		return -EINVAL;
-	if (!driver->check)
-		return 0;
-	int err = driver->check(rest, &config->plan, diag);
-	return err ? err : driver->check(rest, &config->calibration_plan, diag);
+	if (!driver || !driver->check)
+		return;
+	if (!plans_are_good)
+		driver->check(rest, NULL, diag);
+	else if (driver->check(rest, &config->plan, diag) == 0)
+		driver->check(rest, &config->calibration_plan, diag);
 }
 
-/* A live camera or trigger is not touched, but its driver must be one that there is, and a
- * trigger's address and plan such that it can do them. */
-static int check_drivers(const struct config *config, struct diag *diag)
-{
-	const char *rest;
-	int err = check_trigger(config, diag);
-
-	for (uint32_t c = 0; c < config->camera_count; c++)
-		if (!camera_driver_find(live_drivers, config->cameras[c].address, &rest, diag))
-			err = -EINVAL;
-	return err;
-}
+static const struct config_drivers live = {ask_camera, ask_trigger};
 
 static int check_scene(const struct config *config, struct diag *diag)
 {
@@ -67,11 +64,10 @@ static int check_scene(const struct config *config, struct diag *diag)
 static int check(struct stage *stage, const char *path, struct diag *diag)
 {
 	struct open_camera cameras[CAMERA_MAX] = {0};
-	int err = stage_load(stage, path, diag);
+	int err = stage_load_for(stage, path, &live, diag);
 
 	if (err)
 		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
-	int unknown = check_drivers(&stage->config, diag);
 	int scene_err = check_scene(&stage->config, diag);
 
 	err = open_cameras(cameras, stage, recorded_cameras(&stage->config), recording_drivers, 0,
@@ -79,7 +75,7 @@ static int check(struct stage *stage, const char *path, struct diag *diag)
 	close_cameras(cameras, stage->config.camera_count);
 	if (err == -ENOMEM || scene_err == -ENOMEM)
 		return EXIT_CODE_INTERNAL;
-	return err || unknown || scene_err ? EXIT_CODE_BAD_INPUT : EXIT_CODE_OK;
+	return err || scene_err ? EXIT_CODE_BAD_INPUT : EXIT_CODE_OK;
 }
 
 static uint32_t count_rigid(const struct layout *layout, const struct layout_actor *actor)
@@ -91,57 +87,13 @@ static uint32_t count_rigid(const struct layout *layout, const struct layout_act
 	return count;
 }
 
-#define FACE_MIN 20 /* skin markers: fewer are no face with lips */
-
-static uint32_t count_skin(const struct layout *layout, const struct layout_actor *actor)
-{
-	uint32_t count = 0;
-
-	for (uint32_t m = actor->first; m < actor->first + actor->count; m++)
-		count += !layout->markers[m].rigid && !layout->markers[m].segment[0];
-	return count;
-}
-
-static bool has_opposed(const struct layout *layout, const struct layout_actor *actor)
-{
-	uint32_t end = actor->first + actor->count;
-
-	for (uint32_t m = actor->first; m < end; m++)
-		for (uint32_t k = m + 1; k < end; k++)
-			if (predict_opposes(layout->markers[m].group, layout->markers[k].group))
-				return true;
-	return false;
-}
-
-/* Which marker lies across the mouth or the eye from which, only the groups' names say. */
-static bool lacks_groups(const struct stage *stage, uint32_t a)
-{
-	const struct layout_actor *actor = &stage->layout.actors[a];
-
-	return count_skin(&stage->layout, actor) >= FACE_MIN && !has_opposed(&stage->layout, actor);
-}
-
-#define GROUPS_WANTED                                                                        \
-	"no two groups differ in 'upper' and 'lower' alone: name those of lips and lids so " \
-	"(lip_upper, lip_lower), or their markers are taken to move as one"
-
 static void print_warnings(const struct stage *stage)
 {
-	for (uint32_t a = 0; a < stage->layout.actor_count; a++)
-		if (lacks_groups(stage, a))
-			printf("warning  %s: %s\n", stage->config.layout_paths[a], GROUPS_WANTED);
-}
+	json_t *found = layout_warnings(stage), *one;
+	size_t index;
 
-static json_t *warnings_json(const struct stage *stage)
-{
-	json_t *warnings = json_array();
-
-	for (uint32_t a = 0; a < stage->layout.actor_count; a++)
-		if (lacks_groups(stage, a))
-			json_array_append_new(warnings,
-					      json_sprintf("%s: %s", stage->config.layout_paths[a],
-							   GROUPS_WANTED));
-	return warnings;
+	json_array_foreach(found, index, one) printf("warning  %s\n", json_string_value(one));
+	json_decref(found);
 }
 
 static void print_layouts(const struct stage *stage)
@@ -219,7 +171,7 @@ static void print_verdict(const struct stage *stage, const struct diag *diag, bo
 	json_t *object = good ? summary_json(stage) : json_object();
 
 	if (good)
-		json_object_set_new(object, "warnings", warnings_json(stage));
+		json_object_set_new(object, "warnings", layout_warnings(stage));
 	json_object_set_new(object, "good", json_boolean(good));
 	json_object_set_new(object, "errors", errors_json(diag));
 	print_json(object);

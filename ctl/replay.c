@@ -114,11 +114,6 @@ static int prepare(struct replay *r, const char *config_path, const char *layout
 		err = layout_load(&r->stage.layout, layout_path, diag);
 	if (err)
 		return exit_code_of(err, EXIT_CODE_BAD_INPUT);
-	if (!r->stage.ir_mask) {
-		diag_add(diag, "%s: cameras: none has the role ir, so there is nothing to track",
-			 config_path);
-		return EXIT_CODE_BAD_INPUT;
-	}
 	err = open_cameras(r->cameras, &r->stage, r->stage.ir_mask, recording_drivers, 0, diag);
 	if (err)
 		return err == -ENOMEM ? EXIT_CODE_INTERNAL : EXIT_CODE_BAD_INPUT;

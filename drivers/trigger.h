@@ -76,7 +76,8 @@ struct trigger_driver {
 	int (*list)(trigger_found_fn *found, void *user, struct diag *diag);
 
 	/* Whether an address reads as one and a plan is one that such a device can do, without
-	 * touching it: 0, or -EINVAL with a message. NULL: any is. */
+	 * touching it: 0, or -EINVAL with a message. Without a plan: the address alone. NULL: any
+	 * is. */
 	int (*check)(const char *rest, const struct trigger_plan *plan, struct diag *diag);
 
 	/* Bits of enum trigger_fires, its usual lines among them where the address names none; 0

@@ -9,15 +9,28 @@
 #include "base/clock.h"
 #include "drivers/trigger_plan.h"
 
+static int check_rest(const char *rest, struct diag *diag)
+{
+	if (!*rest)
+		return 0;
+	diag_add(diag, "trigger free:%s: the free trigger takes no device; write free", rest);
+	return -EINVAL;
+}
+
+static int free_check(const char *rest, const struct trigger_plan *plan, struct diag *diag)
+{
+	(void)plan;
+	return check_rest(rest, diag);
+}
+
 static int free_open(struct trigger **out, const char *rest, struct diag *diag)
 {
 	struct trigger *trigger;
 
-	if (*rest) {
-		diag_add(diag, "trigger free:%s: the free trigger takes no device; write free",
-			 rest);
-		return -EINVAL;
-	}
+	int err = check_rest(rest, diag);
+
+	if (err)
+		return err;
 	trigger = malloc(sizeof(*trigger));
 	if (!trigger) {
 		diag_add(diag, "trigger free: out of memory");
@@ -55,6 +68,7 @@ static int free_next(struct trigger *trigger, int64_t timeout_ns, struct edge *o
 const struct trigger_driver free_trigger_driver = {
 	.name = "free",
 	.reports_edges = false,
+	.check = free_check,
 	.open = free_open,
 	.close = free_close,
 	.arm = free_arm,

@@ -100,7 +100,8 @@ static int usb_check(const char *rest, const struct trigger_plan *plan, struct d
 
 	name(who, rest);
 	int err = usb_address_parse(&address, rest, who, diag);
-	return err ? err : usb_wave_make(&wave, plan, address.bits, PACKET_BYTES, who, diag);
+	return err || !plan ? err
+			    : usb_wave_make(&wave, plan, address.bits, PACKET_BYTES, who, diag);
 }
 
 static int usb_open(struct trigger **out, const char *rest, struct diag *diag)

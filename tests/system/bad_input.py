@@ -1,4 +1,5 @@
 """Wrong input: the message names file and field, the exit code is of the table, nothing runs on."""
+import json
 import re
 import subprocess
 
@@ -131,7 +132,38 @@ def test_lips_in_one_group_are_warned_of(stage):
     assert "warning" in checked.stdout and "lip_upper" in checked.stdout
 
 
-@pytest.mark.parametrize("line, named", [("trigger: foo", "trigger foo"),
+@pytest.mark.parametrize("spoil", [lambda text: text.replace("rigid: true", "rigid: false"),
+                                   lambda text: keep_rigid(text, 2)])
+def test_a_head_whose_turn_cannot_be_seen_is_warned_of(stage, spoil):
+    layout = stage / "layout.yaml"
+    layout.write_text(spoil(layout.read_text()))
+    checked = ctl("config", "check", stage / "stage.yaml")
+    assert checked.returncode == 0, checked.stderr
+    assert "warning" in checked.stdout and "on one line" in checked.stdout
+
+
+def keep_rigid(text, count):
+    parts = text.split("rigid: true")
+    return "rigid: true".join(parts[:count + 1]) + "".join("rigid: false" + part
+                                                           for part in parts[count + 1:])
+
+
+def test_every_error_of_a_config_is_told_with_its_place_also_by_doctor(stage):
+    config = stage / "stage.yaml"
+    text = re.sub(r"^trigger:.*\n", "", config.read_text(), flags=re.M)
+    config.write_text("trigger: laser\nlayoutt: x\n" + text.replace("files:ir1", "foo:ir1"))
+    checked = ctl("config", "check", config)
+    assert checked.returncode == 3
+    for named in ["stage.yaml:2:1: layoutt", "stage.yaml:1:10: trigger: trigger laser",
+                  "cameras[1].address: camera address foo:ir1: no such driver"]:
+        assert named in checked.stderr
+    looked = ctl("doctor", "--no-light", "--json", config)
+    assert looked.returncode == 3 and looked.stdout.count("\n") == 1
+    assert "layoutt" in json.loads(looked.stdout)["findings"][0]["measured"]
+
+
+@pytest.mark.parametrize("line, named", [("trigger: 'free:xyz'", "takes no device"),
+                                         ("trigger: foo", "trigger foo"),
                                          ("trigger: 'gpio:gpiochip0'", "no line to fire"),
                                          ("trigger: 'gpio:gpiochip0,laser=A'", "none of ir, strobe"),
                                          ("trigger: 'gpio:gpiochip0,ir=A,hd=A'", "two things"),

@@ -434,6 +434,53 @@ static void failure_leaves_the_caller_s_config_alone(void **state)
 	assert_int_equal(config.camera_count, 0x5a5a5a5a);
 }
 
+static void no_such_camera(const char *address, struct diag *diag)
+{
+	if (strncmp(address, "files:", 6) != 0)
+		diag_add(diag, "no driver of %s", address);
+}
+
+static void no_such_trigger(const struct config *made, bool plans_are_good, struct diag *diag)
+{
+	diag_add(diag, "no %s, plans %s", made->trigger, plans_are_good ? "good" : "bad");
+	if (plans_are_good)
+		diag_add(diag, "and its plan does not fit");
+}
+
+static void drivers_are_asked_beside_all_else_that_is_wrong(void **state)
+{
+	static const struct config_drivers drivers = {no_such_camera, no_such_trigger};
+	static const char *const good = HEAD CAMERAS "trigger: laser\n";
+	static const char *const bad = HEAD CAMERAS "trigger: laser\nrate_hz: 0\n";
+	struct diag diag = {0};
+
+	(void)state;
+	write_file(good, strlen(good));
+	assert_int_equal(config_load_for(&config, path, &drivers, &diag), -EINVAL);
+	expect_lines(&diag, "6:10: trigger: no laser, plans good\n"
+			    "6:10: trigger: and its plan does not fit\n"
+			    "4:4: cameras[0].address: no driver of aravis:192.168.1.7\n");
+	write_file(bad, strlen(bad));
+	assert_int_equal(config_load_for(&config, path, &drivers, &diag), -EINVAL);
+	expect_lines(&diag, "7:10: rate_hz: 0 is out of range, expected a number from 1 to 1000 "
+			    "(hertz)\n"
+			    "6:10: trigger: no laser, plans bad\n"
+			    "4:4: cameras[0].address: no driver of aravis:192.168.1.7\n");
+}
+
+static void an_exposure_longer_than_its_camera_s_period_is_refused(void **state)
+{
+	(void)state;
+	expect_messages(HEAD "rate_hz: 60\ncameras:\n"
+			     "- {name: a, address: \"v4l2:x\", exposure_us: 1000000}\n"
+			     "- {name: b, address: \"v4l2:y\", role: hd, exposure_us: 50000}\n"
+			     "- {name: c, address: \"v4l2:z\", role: hd, exposure_us: 90000}\n",
+			"5:4: cameras[0].exposure_us: 1e+06 us does not fit between two pictures, "
+			"which are 16666.7 us apart; lower it or the rate\n"
+			"7:4: cameras[2].exposure_us: 90000 us does not fit between two pictures, "
+			"which are 66666.7 us apart; lower it or the rate\n");
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -454,6 +501,8 @@ int main(void)
 		cmocka_unit_test(text_that_is_not_yaml_is_refused_with_its_place),
 		cmocka_unit_test(bombs_are_harmless),
 		cmocka_unit_test(more_cameras_than_the_mask_has_bits_are_refused),
+		cmocka_unit_test(drivers_are_asked_beside_all_else_that_is_wrong),
+		cmocka_unit_test(an_exposure_longer_than_its_camera_s_period_is_refused),
 		cmocka_unit_test(failure_leaves_the_caller_s_config_alone),
 		cmocka_unit_test(faults_of_the_simulator_are_read_as_data),
 		cmocka_unit_test(faults_that_cannot_be_are_refused),
