@@ -36,14 +36,13 @@ static void run_checks(struct doctor *doctor)
 }
 
 /* What is wrong with layout and rig does not keep the machine from being looked at. */
-static void find_bad_files(struct doctor *doctor, const struct diag *diag)
+static void find_bad_files(struct doctor *doctor, const char *what, const struct diag *diag)
 {
 	const char *line = diag->text ? diag->text : "";
 
 	doctor->topic = "files";
 	for (const char *end; (end = strchr(line, '\n')); line = end + 1) {
-		struct finding *finding =
-			doctor_find(doctor, FINDING_PROBLEM, "what the config names");
+		struct finding *finding = doctor_find(doctor, FINDING_PROBLEM, "%s", what);
 
 		doctor_say(finding->measured, "%.*s", (int)(end - line), line);
 		doctor_say(finding->remedy, "stagectl config check");
@@ -70,6 +69,7 @@ static int load(struct doctor *doctor, struct stage *stage, const char *path)
 
 	if (code) {
 		diag_print(&diag, stderr);
+		find_bad_files(doctor, "config", &diag);
 		diag_finish(&diag);
 		return code;
 	}
@@ -77,7 +77,7 @@ static int load(struct doctor *doctor, struct stage *stage, const char *path)
 		note_rig(doctor, stage);
 	else
 		stage->has_rig = false;
-	find_bad_files(doctor, &diag);
+	find_bad_files(doctor, "what the config names", &diag);
 	diag_finish(&diag);
 	doctor->config = &stage->config;
 	doctor_find_loads(doctor->loads, stage);
@@ -141,8 +141,10 @@ int verb_doctor(const struct verb *verb, int argc, char **argv)
 	if (doctor && stage) {
 		doctor->root = "";
 		code = examine(doctor, stage, path, directory, !no_light);
-		if (code == EXIT_CODE_OK || code == EXIT_CODE_DEVICE)
-			(json ? doctor_print_json : doctor_print)(doctor);
+		if (json)
+			doctor_print_json(doctor);
+		else if (code == EXIT_CODE_OK || code == EXIT_CODE_DEVICE)
+			doctor_print(doctor);
 	}
 	if (stage)
 		stage_finish(stage);
