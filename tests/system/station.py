@@ -175,7 +175,8 @@ def test_silent_clients_make_room_for_a_new_one(station):
     for _ in range(16):
         clients.append(station.connect("control.sock"))
         time.sleep(0.01)
-    assert station.ctl("status").returncode == 5
+    refused = station.ctl("status")
+    assert refused.returncode == 7 and "no more than 16" in refused.stderr
     time.sleep(5.1)
     assert station.ctl("status").returncode == 0
 
@@ -300,8 +301,8 @@ def test_every_verb_has_help_and_wrong_usage_is_told():
 
 
 def test_sim_record_tells_wrong_wishes_from_a_full_disk(tmp_path):
-    for wish in (("--cameras", "99"), ("--scene", "opera"), ("--rate", "1e9"), ("--hd", "77")):
+    for wish in (("--cameras", "99"), ("--scene", "opera"), ("--rate", "99999"), ("--hd", "77")):
         told = ctl("sim", "record", tmp_path / "take", *wish)
-        assert told.returncode == 2 and wish[1].replace("1e9", "1e+09") in told.stderr
+        assert told.returncode == 2 and wish[1] in told.stderr
         assert not (tmp_path / "take").exists()
     assert ctl("sim", "record", tmp_path / "no" / "take").returncode == 1
