@@ -16,7 +16,7 @@
 
 #define POINTS_A_SHOT 4
 #define VIEWS_MIN 4       /* fewer do not tell which of them is off */
-#define CAMERA_GAIN 0.012 /* per view */
+#define CAMERA_GAIN 0.024 /* per view */
 #define STRAY_MAX 8.0     /* times what is expected: a stray view counts for no more ... */
 #define OFF_RATIO 1.5     /* ... and a camera is off when its views leave over so much on average */
 
