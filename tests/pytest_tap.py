@@ -3,6 +3,7 @@
 TAP goes to standard output, all that pytest says to standard error.
 """
 import os
+import signal
 import sys
 
 import pytest
@@ -31,6 +32,7 @@ class Tap:
 
 
 def main(path):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup would have the tested programs ignore it, too
     out = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     return pytest.main(["-q", "-p", "no:cacheprovider", path], plugins=[Tap(out)])
