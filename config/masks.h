@@ -9,8 +9,8 @@
 
 #include "base/diag.h"
 #include "drivers/camera.h"
-#include "track/layout.h"
 #include "track/blobs/mask.h"
+#include "track/layout.h"
 
 struct yaml;
 struct yaml_value;

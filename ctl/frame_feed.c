@@ -10,8 +10,8 @@
 
 #include "base/clock.h"
 #include "base/exit_codes.h"
-#include "ctl/program_drivers.h"
 #include "ctl/camera/snapshot.h"
+#include "ctl/program_drivers.h"
 
 #define FRAME_WAIT_NS (3 * NS_PER_S)
 

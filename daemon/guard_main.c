@@ -1,8 +1,8 @@
 /*
  * stage-guard: keeps strobes from burning when the station cannot switch them off. The station
- * starts it with a copy of its lines (drivers/gpio/trigger_guard.h); it waits, and sets them dark when a
- * line is lit too long or the station is gone. It allocates nothing and heeds no signal that can
- * be ignored: only the station's end is its end.
+ * starts it with a copy of its lines (drivers/gpio/trigger_guard.h); it waits, and sets them dark
+ * when a line is lit too long or the station is gone. It allocates nothing and heeds no signal that
+ * can be ignored: only the station's end is its end.
  */
 #include <fcntl.h>
 #include <poll.h>

@@ -7,9 +7,9 @@
 
 #include "drivers/aravis/aravis.h"
 #include "drivers/files/files.h"
+#include "drivers/gpio/trigger_gpio.h"
 #include "drivers/libcamera/libcamera.h"
 #include "drivers/trigger_free.h"
-#include "drivers/gpio/trigger_gpio.h"
 #include "drivers/usb/trigger_usb.h"
 #include "drivers/v4l2/v4l2.h"
 #include "sim/world/world.h"

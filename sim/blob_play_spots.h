@@ -7,9 +7,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "sim/world/scene_parts.h"
 #include "sim/render/spot.h"
 #include "sim/render/spot_bound.h"
+#include "sim/world/scene_parts.h"
 
 struct play_spot {
 	double x_px, y_px, sigma_px;

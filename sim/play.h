@@ -11,8 +11,8 @@
 #include "sim/blob_play.h"
 #include "sim/cameras.h"
 #include "sim/picture.h"
-#include "sim/world/scene.h"
 #include "sim/score.h"
+#include "sim/world/scene.h"
 #include "track/blobs/blobs.h"
 #include "track/tracker.h"
 

@@ -7,18 +7,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "track/label/crowd.h"
 #include "track/emit.h"
 #include "track/excess.h"
 #include "track/ghost.h"
 #include "track/head.h"
-#include "track/label/jaw.h"
 #include "track/jig.h"
+#include "track/label/crowd.h"
+#include "track/label/jaw.h"
 #include "track/label/label.h"
-#include "track/match/match.h"
-#include "track/predict.h"
 #include "track/label/remember.h"
 #include "track/label/segment.h"
+#include "track/match/match.h"
+#include "track/predict.h"
 
 #define FRAME_KEPT_S 0.25 /* what is not measured for longer is looked for anew */
 #define SEED_RADIUS_M 0.004

@@ -14,8 +14,8 @@
 #include "calib/rig/rig_write.h"
 #include "calibration_parts.h"
 #include "protocol/stage_client.h"
-#include "sim/render/hd_render.h"
 #include "sim/play.h"
+#include "sim/render/hd_render.h"
 #include "sim/world/scene_parts.h"
 
 #define IR_COUNT 8

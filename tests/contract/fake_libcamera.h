@@ -1,6 +1,6 @@
 /*
- * Stands in for drivers/libcamera/libcamera_shim.cpp: one camera without libcamera, on a thread of its own,
- * that does what a test asks for. Its picture: byte i of row y of frame n is n + y + i.
+ * Stands in for drivers/libcamera/libcamera_shim.cpp: one camera without libcamera, on a thread of
+ * its own, that does what a test asks for. Its picture: byte i of row y of frame n is n + y + i.
  */
 #pragma once
 

@@ -11,9 +11,9 @@
 #include <cmocka.h>
 
 #include "calib/board/coverage.h"
+#include "calib/board/where_next.h"
 #include "calib/solve/cross_check.h"
 #include "calib/solve/uncertainty.h"
-#include "calib/board/where_next.h"
 #include "calib_wave.h"
 
 #define SMALL_WAVE                                                                             \

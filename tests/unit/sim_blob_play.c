@@ -85,7 +85,7 @@ static void collect(const struct sim_scene *scene, uint32_t camera, struct pairs
 		blob_play_camera(&play, scene, &truth, shot, camera, &played);
 		image.pixels = sim_render(renderer, shot, &image.width_px, &image.height_px);
 		image.stride_bytes = image.width_px;
-	image.bits = 8;
+		image.bits = 8;
 		blob_finder_run(finder, &image, &found);
 		compare(pairs, &played, &found);
 	}

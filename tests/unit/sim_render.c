@@ -14,8 +14,8 @@
 #include "sim/render/canvas.h"
 #include "sim/render/noise.h"
 #include "sim/render/render.h"
-#include "sim/world/scene_parts.h"
 #include "sim/render/spot.h"
+#include "sim/world/scene_parts.h"
 
 #define WIDTH 64
 
