@@ -228,11 +228,19 @@ static bool is_worth_nothing(int *tries, const struct edge *edges, int count)
 	bit_bang_trace_read(&trace, TRACE);
 	int64_t still_ns =
 		bit_bang_trace_stillness(&trace, edges[0].edge_ns, edges[count - 1].edge_ns);
+	int unsure = 0; /* also when the stream began, which then is hardly known */
 
-	for (int e = 0; e < count; e++) /* also when the stream began, which then is hardly known */
-		if (edges[e].uncertainty_ns > STILL_NS / 2 &&
-		    still_ns < 2 * edges[e].uncertainty_ns)
-			still_ns = 2 * edges[e].uncertainty_ns;
+	for (int e = 1; e < count; e++)
+		if (edges[e].uncertainty_ns > edges[unsure].uncertainty_ns)
+			unsure = e;
+	if (edges[unsure].uncertainty_ns > STILL_NS / 2) {
+		print_message("# edge %d of %d is known to %.1f ms, by the beat it stood still for "
+			      "%.1f\n",
+			      unsure, count, (double)edges[unsure].uncertainty_ns / NS_PER_MS,
+			      (double)still_ns / NS_PER_MS);
+		if (still_ns < 2 * edges[unsure].uncertainty_ns)
+			still_ns = 2 * edges[unsure].uncertainty_ns;
+	}
 	if (still_ns <= STILL_NS)
 		return false;
 	print_message("# this machine stood still for %d ms: %s\n", (int)(still_ns / NS_PER_MS),
