@@ -202,6 +202,14 @@ static int print_facts(const struct asked *asked, const struct revision *revisio
 	return 0;
 }
 
+static int take_asked(struct revision *revision, const char *rig_dir, uint32_t number,
+		      struct diag *diag)
+{
+	int err = check_revision(rig_dir, number, diag);
+
+	return err ? err : take_revision(revision, rig_dir, number, diag);
+}
+
 static int show(const struct asked *asked, struct diag *diag)
 {
 	uint32_t number =
@@ -213,9 +221,7 @@ static int show(const struct asked *asked, struct diag *diag)
 			 asked->rig_dir);
 		return -EINVAL;
 	}
-	int err = check_revision(asked->rig_dir, number, diag);
-	if (!err)
-		err = take_revision(&revision, asked->rig_dir, number, diag);
+	int err = take_asked(&revision, asked->rig_dir, number, diag);
 	if (err)
 		return err;
 	if (!asked->json)
@@ -253,9 +259,7 @@ static int roll_back(const struct asked *asked, struct diag *diag)
 			 asked->rig_dir);
 		return -EINVAL;
 	}
-	int err = check_revision(asked->rig_dir, number, diag);
-	if (!err)
-		err = take_revision(&revision, asked->rig_dir, number, diag);
+	int err = take_asked(&revision, asked->rig_dir, number, diag);
 	if (err)
 		return err;
 	if (revision.worth.failed) {
