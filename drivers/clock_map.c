@@ -5,6 +5,7 @@
 #include "drivers/clock_map.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define BIN_NS INT64_C(500000000)
@@ -113,23 +114,28 @@ static double envelope_drift(const struct clock_map *map)
 		    fmin(DRIFT_MAX, slope(&map->points[hull[edge]], &map->points[hull[edge + 1]])));
 }
 
-/* The line of that slope that touches the points from below. */
+static int by_value(const void *left, const void *right)
+{
+	double a = *(const double *)left, b = *(const double *)right;
+
+	return (a > b) - (a < b);
+}
+
+/* The line of that slope that touches the points from below. A stall lifts a bin or two by its
+ * whole length, and says nothing of the others: the median height does not hear of it. */
 static void fit(struct clock_map *map)
 {
-	double lowest = INFINITY, sum = 0.0;
+	double heights[CLOCK_MAP_BINS];
 
 	map->drift = envelope_drift(map);
 	map->base_device_ns = map->points[0].device_ns;
 	map->base_delay_ns = map->points[0].delay_ns;
-	for (uint32_t i = 0; i < map->count; i++) {
-		const struct clock_map_point *p = &map->points[i];
-		double height = (double)p->delay_ns - line_delay(map, p->device_ns);
-
-		lowest = fmin(lowest, height);
-		sum += height;
-	}
-	map->base_delay_ns += (int64_t)floor(lowest);
-	map->residual_ns = sum / map->count - floor(lowest);
+	for (uint32_t i = 0; i < map->count; i++)
+		heights[i] =
+			(double)map->points[i].delay_ns - line_delay(map, map->points[i].device_ns);
+	qsort(heights, map->count, sizeof(*heights), by_value);
+	map->base_delay_ns += (int64_t)floor(heights[0]);
+	map->residual_ns = heights[map->count / 2] - floor(heights[0]);
 }
 
 void clock_map_anchor(struct clock_map *map, int64_t device_ns, int64_t host_ns, int64_t bound_ns)
@@ -156,7 +162,7 @@ static void learn_path(struct clock_map *map)
 	if (!map->anchored || map->count < YOUNG_BINS)
 		return;
 	map->path_ns = llround(line_delay(map, map->anchor.device_ns)) - map->anchor.delay_ns;
-	map->path_bound_ns = map->anchor_bound_ns + llround(5.0 * map->residual_ns);
+	map->path_bound_ns = map->anchor_bound_ns + llround(7.0 * map->residual_ns);
 	if (map->count == CLOCK_MAP_BINS)
 		map->anchored = false;
 }
@@ -178,7 +184,7 @@ void clock_map_sample(struct clock_map *map, int64_t device_ns, int64_t host_ns)
 /* How far the line may be from the truth, apart from the path. */
 static double spread_ns(const struct clock_map *map, int64_t device_ns)
 {
-	double spread = 2.0 * map->residual_ns;
+	double spread = 3.0 * map->residual_ns;
 
 	if (map->samples < YOUNG_SAMPLES)
 		spread += YOUNG_NS;

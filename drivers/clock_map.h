@@ -28,7 +28,7 @@ struct clock_map {
 	/* the line: delay = base_delay_ns + drift * (device - base_device_ns) */
 	int64_t base_device_ns, base_delay_ns;
 	double drift;
-	double residual_ns; /* mean height of the points above the line */
+	double residual_ns; /* median height of the points above the line */
 	/* the two-sided reading, until the window has moved past it */
 	bool anchored;
 	struct clock_map_point anchor;

@@ -191,6 +191,29 @@ static void stall_of_the_host_does_not_move_the_map(void **state)
 	assert_int_equal(map.resets, 0);
 }
 
+/* A new bin begins with a message of the stall, for every length of time that the map is old. */
+static void bound_stays_true_and_tight_right_behind_a_stall(void **state)
+{
+	(void)state;
+	for (int64_t stalled = 270; stalled < 900; stalled += 5) {
+		struct clock_map map = {.path_bound_ns = 2 * PATH_NS};
+		struct device d = make_device(NS_PER_S, 0, 20e-6);
+
+		clock_map_anchor(&map, device_ns(&d, 0), true_host_ns(&d, 0) + 30000, 40000);
+		largest_error_ns(&map, &d, 0, stalled);
+		for (int64_t n = stalled; n < stalled + 18; n++) {
+			int64_t uncertainty_ns;
+
+			clock_map_sample(&map, device_ns(&d, n), true_host_ns(&d, stalled + 18));
+			int64_t host_ns =
+				clock_map_host_ns(&map, device_ns(&d, n), &uncertainty_ns);
+			assert_true(llabs(host_ns - true_host_ns(&d, n)) <= uncertainty_ns);
+			assert_true(uncertainty_ns < NS_PER_MS);
+		}
+		largest_error_ns(&map, &d, stalled + 18, stalled + 1200);
+	}
+}
+
 /* Messages that travel long, as on a busy machine; the reading is off by 40 us at most. */
 static void two_sided_reading_bounds_every_answer(void **state)
 {
@@ -238,6 +261,7 @@ int main(void)
 		cmocka_unit_test(restarted_device_clock_is_taken_at_once),
 		cmocka_unit_test(small_step_back_is_taken_within_three_seconds),
 		cmocka_unit_test(stall_of_the_host_does_not_move_the_map),
+		cmocka_unit_test(bound_stays_true_and_tight_right_behind_a_stall),
 		cmocka_unit_test(two_sided_reading_bounds_every_answer),
 		cmocka_unit_test(reading_of_another_clock_is_ignored),
 	};
