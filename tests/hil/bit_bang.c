@@ -8,7 +8,6 @@
 #include <getopt.h>
 #include <pthread.h>
 #include <sched.h>
-#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,11 +23,9 @@
 
 #define FIFO_BYTES 1024
 #define PACKET_BYTES 512
-/* A packet for which a driver needs no longer is put out as if it had come in time. */
-#define GRACE_NS (60 * NS_PER_MS)
-#define BEAT_NS (10 * NS_PER_MS)
-#define STILL_NS (50 * NS_PER_MS) /* is worth a word */
-#define CPUS 2
+/* The kernel's simulated bus moves packets once a millisecond, which may be longer than the memory
+ * lasts: a packet that comes no later is put out as if it had come in time. */
+#define GRACE_NS (3 * NS_PER_MS)
 #define CHANGES_MAX 4096
 #define FIRST_LINE 5 /* D5 */
 #define LINES_MAX 3
@@ -54,12 +51,9 @@ static struct adapter {
 	struct gpio_outputs *outputs;
 	struct ring changes;
 	struct clock_semaphore changed;
-	_Atomic int64_t still_ns; /* that the machine stood still so far */
-	pthread_mutex_t lock;     /* of what follows */
+	pthread_mutex_t lock; /* of what follows */
 	uint32_t divisor;
 	uint8_t mask, last;
-	int64_t read_ns;                /* when the packet was asked for */
-	int64_t taken_still_ns;         /* still_ns when the last packet was taken */
 	int64_t taken;                  /* samples */
 	int64_t begin_ns, begin_sample; /* of samples without a gap */
 } adapter = {.endpoint = -1, .trace_fd = -1, .lock = PTHREAD_MUTEX_INITIALIZER, .divisor = 60};
@@ -78,25 +72,13 @@ static int64_t time_of(int64_t sample)
 	return adapter.begin_ns + (int64_t)((double)(sample - adapter.begin_sample) * sample_ns);
 }
 
-static void note_record(const struct bit_bang_record *record)
-{
-	if (adapter.trace_fd >= 0 &&
-	    write(adapter.trace_fd, record, sizeof(*record)) != sizeof(*record))
-		perror("trace");
-}
-
 static void note(enum bit_bang_kind kind, int64_t sample, uint32_t levels)
 {
 	const struct bit_bang_record record = {sample, time_of(sample), kind, levels};
 
-	note_record(&record);
-}
-
-static void note_still(int64_t still_ns)
-{
-	const struct bit_bang_record record = {still_ns, clock_now_ns(), BIT_BANG_STILL, 0};
-
-	note_record(&record);
+	if (adapter.trace_fd >= 0 &&
+	    write(adapter.trace_fd, &record, sizeof(record)) != sizeof(record))
+		perror("trace");
 }
 
 static void change_lines(int64_t sample, uint32_t levels)
@@ -111,20 +93,12 @@ static void change_lines(int64_t sample, uint32_t levels)
 	clock_semaphore_post(&adapter.changed);
 }
 
-/* Whether the driver had nothing on its way: how late the packet is asked for here is not its
- * fault, nor that the machine stands still. */
+/* Whether the driver had nothing on its way. */
 static bool is_dry(int64_t now_ns)
 {
 	int64_t dry_ns = time_of(adapter.taken);
-	int64_t from_ns = dry_ns > adapter.read_ns ? dry_ns : adapter.read_ns;
 
-	if (now_ns < dry_ns || adapter.taken == adapter.begin_sample)
-		return now_ns >= dry_ns;
-	if (now_ns < from_ns + GRACE_NS)
-		return false;
-	clock_sleep_until(now_ns + 2 * BEAT_NS); /* until that is known */
-	int64_t still_ns = atomic_load(&adapter.still_ns) - adapter.taken_still_ns;
-	return now_ns >= from_ns + GRACE_NS + still_ns;
+	return now_ns >= dry_ns + (adapter.taken == adapter.begin_sample ? 0 : GRACE_NS);
 }
 
 static void put_out(const uint8_t *bytes, int count, int64_t now_ns)
@@ -140,7 +114,6 @@ static void put_out(const uint8_t *bytes, int count, int64_t now_ns)
 		adapter.last = bytes[i];
 	}
 	adapter.taken += count;
-	adapter.taken_still_ns = atomic_load(&adapter.still_ns);
 	if (adapter.last & adapter.mask)
 		note(BIT_BANG_LIT, adapter.taken, adapter.last & adapter.mask);
 }
@@ -156,7 +129,6 @@ static void *take(void *unused)
 
 		pthread_mutex_unlock(&adapter.lock);
 		clock_sleep_until(room_ns);
-		adapter.read_ns = clock_now_ns();
 		int count = usb_device_take(adapter.fd, adapter.endpoint, packet, sizeof(packet));
 		int64_t now_ns = clock_now_ns();
 
@@ -168,27 +140,6 @@ static void *take(void *unused)
 		pthread_mutex_unlock(&adapter.lock);
 	}
 	return unused;
-}
-
-/* On a processor of its own: how much later it wakes up than it should. */
-static void *beat(void *cpu)
-{
-	cpu_set_t cpus;
-
-	CPU_ZERO(&cpus);
-	CPU_SET((size_t)(uintptr_t)cpu, &cpus);
-	pthread_setaffinity_np(pthread_self(), sizeof(cpus), &cpus);
-	for (;;) {
-		int64_t wake_ns = clock_now_ns() + BEAT_NS;
-
-		clock_sleep_until(wake_ns);
-		int64_t still_ns = clock_now_ns() - wake_ns;
-		if (still_ns > BEAT_NS / 2)
-			atomic_fetch_add(&adapter.still_ns, still_ns);
-		if (still_ns > STILL_NS)
-			note_still(still_ns);
-	}
-	return NULL;
 }
 
 /* The lines of the GPIO chip follow. */
@@ -341,7 +292,6 @@ static int open_lines(void)
 static int run(void)
 {
 	struct sched_param param = {.sched_priority = 90};
-	pthread_t thread;
 	int err = 0;
 
 	mlockall(MCL_CURRENT | MCL_FUTURE);
@@ -350,8 +300,6 @@ static int run(void)
 		adapter.trace_fd = open(options.trace, O_WRONLY | O_APPEND | O_CREAT, 0600);
 	if (options.chip)
 		err = open_lines();
-	for (uintptr_t cpu = 0; !err && cpu < CPUS; cpu++)
-		err = -pthread_create(&thread, NULL, beat, (void *)cpu);
 	if (!err)
 		err = usb_device_open(&adapter.fd, options.bus);
 	return err ? err : serve();

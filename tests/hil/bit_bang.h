@@ -9,7 +9,6 @@ enum bit_bang_kind {
 	BIT_BANG_LINES, /* they are `levels` from this sample on */
 	BIT_BANG_BEGIN, /* it had no samples left, or never had any: this one came just now */
 	BIT_BANG_LIT,   /* a packet ended with a line high */
-	BIT_BANG_STILL, /* the machine that emulates it stood still for `sample` ns until then */
 };
 
 struct bit_bang_record {

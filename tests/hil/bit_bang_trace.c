@@ -66,33 +66,17 @@ int bit_bang_trace_count(const struct bit_bang_trace *trace, enum bit_bang_kind 
 	return count;
 }
 
-static bool is_between(const struct bit_bang_record *record, enum bit_bang_kind kind,
-		       int64_t from_ns, int64_t to_ns)
-{
-	return record->kind == kind && record->time_ns > from_ns && record->time_ns < to_ns;
-}
-
 int bit_bang_trace_gaps(const struct bit_bang_trace *trace, int64_t from_ns, int64_t to_ns)
 {
 	int count = 0;
 
-	for (int r = 0; r < trace->count; r++)
-		count += is_between(&trace->records[r], BIT_BANG_BEGIN, from_ns, to_ns);
-	return count;
-}
-
-int64_t bit_bang_trace_stillness(const struct bit_bang_trace *trace, int64_t from_ns, int64_t to_ns)
-{
-	int64_t longest_ns = 0;
-
 	for (int r = 0; r < trace->count; r++) {
 		const struct bit_bang_record *record = &trace->records[r];
 
-		if (is_between(record, BIT_BANG_STILL, from_ns, to_ns) &&
-		    record->sample > longest_ns)
-			longest_ns = record->sample;
+		count += record->kind == BIT_BANG_BEGIN && record->time_ns > from_ns &&
+			 record->time_ns < to_ns;
 	}
-	return longest_ns;
+	return count;
 }
 
 void bit_bang_trace_print_gaps(const struct bit_bang_trace *trace, int64_t now_ns)

@@ -27,10 +27,7 @@ int bit_bang_trace_pulses(const struct bit_bang_trace *trace, uint32_t bit,
 const struct bit_bang_record *bit_bang_trace_last_change(const struct bit_bang_trace *trace);
 int bit_bang_trace_count(const struct bit_bang_trace *trace, enum bit_bang_kind kind);
 
-/* How often it had no samples between these times, and the longest that the machine that emulates
- * it stood still. */
+/* How often it had no samples between these times. */
 int bit_bang_trace_gaps(const struct bit_bang_trace *trace, int64_t from_ns, int64_t to_ns);
-int64_t bit_bang_trace_stillness(const struct bit_bang_trace *trace, int64_t from_ns,
-				 int64_t to_ns);
 
 void bit_bang_trace_print_gaps(const struct bit_bang_trace *trace, int64_t now_ns);
