@@ -25,6 +25,13 @@ struct sim_trigger {
 	uint64_t next_shot;
 };
 
+/* Simulated cameras wait for no line. */
+static uint32_t sim_fires(const char *rest)
+{
+	(void)rest;
+	return TRIGGER_FIRES_STROBE;
+}
+
 static int sim_open(struct trigger **out, const char *rest, struct diag *diag)
 {
 	struct sim_trigger *trigger;
@@ -132,6 +139,7 @@ static int sim_next(struct trigger *base, int64_t timeout_ns, struct edge *out)
 const struct trigger_driver sim_trigger_driver = {
 	.name = "sim",
 	.reports_edges = true,
+	.fires = sim_fires,
 	.open = sim_open,
 	.close = sim_close,
 	.arm = sim_arm,

@@ -39,6 +39,7 @@ struct doctor_load {
 	double bytes_per_s;
 };
 
+struct trigger_driver;
 struct usb_topology;
 
 /* What no file tells. */
@@ -90,3 +91,7 @@ void doctor_check_network(struct doctor *doctor);
 
 /* Is a camera of the config, or its trigger, of this driver? */
 bool doctor_uses(const struct doctor *doctor, const char *driver);
+
+/* Of the config's trigger, and the rest of its address. NULL without a config, and when there is
+ * none of its name. */
+const struct trigger_driver *doctor_trigger(const struct doctor *doctor, const char **rest);

@@ -9,6 +9,7 @@
 
 #include "ctl/doctor/doctor.h"
 #include "ctl/print_json.h"
+#include "ctl/program_drivers.h"
 
 static const char *const level_names[FINDING_LEVEL_COUNT] = {
 	[FINDING_OK] = "ok",
@@ -120,4 +121,17 @@ bool doctor_uses(const struct doctor *doctor, const char *driver)
 		if (has_driver(config->cameras[c].address, driver))
 			return true;
 	return has_driver(config->trigger, driver);
+}
+
+const struct trigger_driver *doctor_trigger(const struct doctor *doctor, const char **rest)
+{
+	struct diag unread = {0};
+
+	if (!doctor->config)
+		return NULL;
+	const struct trigger_driver *driver =
+		trigger_driver_find(live_triggers, doctor->config->trigger, rest, &unread);
+
+	diag_finish(&unread);
+	return driver;
 }

@@ -218,8 +218,9 @@ static void measure_in_world(struct doctor *doctor, const struct stage *stage)
 void doctor_measure_light(struct doctor *doctor, const struct stage *stage)
 {
 	const struct config *config = &stage->config;
+	bool fires = trigger_fires(live_triggers, config->trigger) & TRIGGER_FIRES_STROBE;
 
-	if (strncmp(config->trigger, "free", 4) == 0 || config->plan.strobe_width_ns <= 0)
+	if (!fires || config->plan.strobe_width_ns <= 0)
 		note_unmeasured(doctor, "cross-light", "this machine fires no strobe",
 				"compare pictures by eye, with strobes on and off: stagectl camera "
 				"preview");

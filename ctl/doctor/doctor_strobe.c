@@ -7,14 +7,17 @@
 
 #include "base/clock.h"
 #include "ctl/doctor/doctor.h"
-#include "ctl/program_drivers.h"
 #include "drivers/gpio/gpio_find.h"
 #include "drivers/gpio/trigger_gpio.h"
 
-static bool has_strobe(const struct config *config)
+/* One that can burn: a driver without devices, as the simulator's, fires none. */
+static bool has_strobe(const struct doctor *doctor)
 {
-	return config->plan.strobe_width_ns > 0 &&
-	       trigger_fires(live_triggers, config->trigger) & TRIGGER_FIRES_STROBE;
+	const char *rest;
+	const struct trigger_driver *driver = doctor_trigger(doctor, &rest);
+
+	return doctor->config->plan.strobe_width_ns > 0 && driver && driver->list &&
+	       driver->fires && driver->fires(rest) & TRIGGER_FIRES_STROBE;
 }
 
 /* A config whose strobe burns for longer is refused before. */
@@ -115,9 +118,10 @@ static void check_level(struct doctor *doctor)
 {
 	struct gpio_address address;
 	struct diag diag = {0};
+	const char *rest;
 
-	if (strncmp(doctor->config->trigger, "gpio:", 5) != 0 ||
-	    gpio_address_parse(&address, doctor->config->trigger + 5, "strobe", NULL))
+	if (doctor_trigger(doctor, &rest) != &gpio_trigger_driver ||
+	    gpio_address_parse(&address, rest, "strobe", NULL))
 		return;
 	const struct gpio_address_line *line = &address.lines[PULSE_STROBE];
 	int level = read_level(&address, &diag);
@@ -145,7 +149,7 @@ void doctor_check_strobe(struct doctor *doctor)
 {
 	if (!doctor->config)
 		return;
-	if (!has_strobe(doctor->config)) {
+	if (!has_strobe(doctor)) {
 		struct finding *finding = doctor_find(doctor, FINDING_OK, "strobe");
 
 		doctor_say(finding->measured, "none is driven by this machine");

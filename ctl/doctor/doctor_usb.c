@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "ctl/doctor/doctor_tree.h"
+#include "drivers/usb/trigger_usb.h"
 
 #define SHARE_NOTE 0.8
 #define USBFS_PER_CAMERA_MB 64
@@ -153,9 +154,9 @@ static void check_memory(struct doctor *doctor, const struct plugged *plugged)
 			   "echo 1000 > /sys/module/usbcore/parameters/usbfs_memory_mb");
 }
 
-static void check_trigger(struct doctor *doctor)
+static void check_trigger(struct doctor *doctor, const char *rest)
 {
-	uint32_t d = usb_of_trigger(doctor);
+	uint32_t d = usb_of_trigger(doctor, rest);
 	struct finding *finding;
 
 	if (d != USB_NONE) {
@@ -180,7 +181,8 @@ static void find_no_usb(struct doctor *doctor, bool needed)
 void doctor_check_usb(struct doctor *doctor)
 {
 	const struct usb_topology *usb = doctor->facts.usb;
-	bool has_trigger = doctor->config && strncmp(doctor->config->trigger, "usb", 3) == 0;
+	const char *rest;
+	bool has_trigger = doctor_trigger(doctor, &rest) == &usb_trigger_driver;
 	struct plugged plugged = {0};
 
 	if (*usb->error) {
@@ -191,7 +193,7 @@ void doctor_check_usb(struct doctor *doctor)
 		return;
 	find_cameras(doctor, &plugged);
 	if (has_trigger)
-		check_trigger(doctor);
+		check_trigger(doctor, rest);
 	for (uint32_t d = 0; d < usb->count; d++)
 		check_share(doctor, &plugged, &usb->devices[d]);
 	check_memory(doctor, &plugged);

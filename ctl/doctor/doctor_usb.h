@@ -35,5 +35,5 @@ bool usb_may_be_camera(const char *address);
 /* The device that camera `c` of the config is; USB_NONE where it is none, or not plugged in. */
 uint32_t usb_of_camera(const struct doctor *doctor, uint32_t c);
 
-/* That of the trigger usb:SERIAL,...; USB_NONE: no such adapter. */
-uint32_t usb_of_trigger(const struct doctor *doctor);
+/* That of a trigger `usb`, by the rest of its address; USB_NONE: no such adapter. */
+uint32_t usb_of_trigger(const struct doctor *doctor, const char *rest);

@@ -7,6 +7,7 @@
 
 #include "ctl/doctor/doctor_tree.h"
 #include "ctl/doctor/doctor_usb.h"
+#include "drivers/usb/trigger_usb.h"
 
 #define FT232H_VENDOR 0x0403
 #define FT232H_PRODUCT 0x6014
@@ -131,14 +132,15 @@ uint32_t usb_of_camera(const struct doctor *doctor, uint32_t c)
 						 : by_vision(doctor->facts.usb, address + 7);
 }
 
-uint32_t usb_of_trigger(const struct doctor *doctor)
+uint32_t usb_of_trigger(const struct doctor *doctor, const char *rest)
 {
 	const struct usb_topology *usb = doctor->facts.usb;
-	const char *rest = strchr(doctor->config->trigger, ':');
-	size_t length = rest ? strcspn(++rest, ",") : 0;
+	struct usb_address address;
 
-	if (length && !memchr(rest, '=', length))
-		return by_serial(usb, rest, length);
+	if (usb_address_parse(&address, rest, "trigger", NULL))
+		return USB_NONE;
+	if (*address.adapter)
+		return by_serial(usb, address.adapter, strlen(address.adapter));
 	for (uint32_t d = 0; d < usb->count; d++)
 		if (usb->devices[d].vendor == FT232H_VENDOR &&
 		    usb->devices[d].product == FT232H_PRODUCT)

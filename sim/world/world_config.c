@@ -7,6 +7,7 @@
 
 #include "drivers/trigger_plan.h"
 #include "sim/cameras.h"
+#include "sim/world/world.h"
 
 static bool is_simulated(const struct config_camera *camera)
 {
@@ -15,8 +16,12 @@ static bool is_simulated(const struct config_camera *camera)
 
 bool sim_config_wants_world(const struct config *config)
 {
-	bool wanted = strncmp(config->trigger, "sim", 3) == 0;
+	static const struct trigger_driver *const own[] = {&sim_trigger_driver, NULL};
+	struct diag unread = {0};
+	const char *rest;
+	bool wanted = trigger_driver_find(own, config->trigger, &rest, &unread);
 
+	diag_finish(&unread);
 	for (uint32_t c = 0; c < config->camera_count; c++)
 		wanted |= is_simulated(&config->cameras[c]);
 	return wanted;

@@ -4,6 +4,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -76,13 +77,20 @@ static void a_spot_in_one_look_alone_is_none(void **state)
 
 static void without_a_strobe_of_ours_nothing_is_opened(void **state)
 {
+	static const char *const without[] = {"free", "gpio:gpiochip0,ir=IR_TRIG", "usb:A,ir=D5",
+					      "freely"};
 	static struct stage stage;
 	struct machine *machine = *state;
 
-	stage.config = machine->config; /* trigger: free */
-	machine->doctor.finding_count = 0;
-	doctor_measure_light(&machine->doctor, &stage);
-	machine_expect(machine, FINDING_NOTE, "cross-light");
+	stage.config = machine->config;
+	stage.config.plan.strobe_width_ns = 200000;
+	for (size_t i = 0; i < sizeof(without) / sizeof(without[0]); i++) {
+		strcpy(stage.config.trigger, without[i]);
+		machine->doctor.finding_count = 0;
+		doctor_measure_light(&machine->doctor, &stage);
+		assert_string_equal(machine_expect(machine, FINDING_NOTE, "cross-light")->measured,
+				    "not measured: this machine fires no strobe");
+	}
 }
 
 #define FACT(fact) cmocka_unit_test_setup_teardown(fact, set_up, tear_down)

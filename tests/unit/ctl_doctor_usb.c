@@ -192,6 +192,9 @@ static void the_triggers_adapter_is_looked_for(void **state)
 	strcpy(machine->config.trigger, "usb:FT2");
 	machine_examine(machine, doctor_check_usb);
 	machine_expect(machine, FINDING_PROBLEM, "trigger, usb:FT2");
+	strcpy(machine->config.trigger, "usbx:FT1");
+	machine_examine(machine, doctor_check_usb);
+	machine_expect_none(machine, "trigger, usb");
 }
 
 static void usb_that_cannot_be_looked_at_is_told(void **state)
