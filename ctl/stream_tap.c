@@ -21,6 +21,7 @@ struct tap {
 	uint64_t count_wanted; /* 0 = no limit */
 	double seconds;        /* 0 = no limit */
 	uint64_t count;
+	bool unnamed; /* told, and still so */
 };
 
 static const char *status_name(int32_t status)
@@ -171,6 +172,18 @@ static void print_description(const struct stage_description *description)
 	       description->stage_axes);
 }
 
+/* Beside the shots, for whoever wonders that none of their markers has a name. */
+static void tell_unnamed(struct tap *tap, const struct stage_unnamed *unnamed)
+{
+	if (unnamed && !tap->unnamed)
+		fprintf(stderr,
+			"no names for %.0f s: cameras see %.0f spots a picture, of which %.1f "
+			"points and %.1f markers a shot are made: %s\n",
+			unnamed->seconds, unnamed->spots, unnamed->points, unnamed->named,
+			unnamed->remedy);
+	tap->unnamed = unnamed;
+}
+
 static void take_event(struct tap *tap, const struct stage_event *event)
 {
 	if (event->kind == STAGE_DESCRIPTION) {
@@ -186,6 +199,8 @@ static void take_event(struct tap *tap, const struct stage_event *event)
 		tap->count++;
 	} else if (event->kind == STAGE_NOTICE) {
 		fprintf(stderr, "the station says: %s\n", event->notice->text);
+	} else if (event->kind == STAGE_STATISTICS) {
+		tell_unnamed(tap, event->statistics->unnamed);
 	}
 }
 

@@ -102,6 +102,20 @@ static void fill_pulses(const struct pulses *pulses, struct stream_pulses *out)
 						       accounts->events[e]};
 }
 
+/* Returns false while what the cameras see has names. */
+static bool fill_unnamed(const struct station *station, struct stream_unnamed *out)
+{
+	const struct names_seen *names = &station->solver.book.names;
+
+	*out = (struct stream_unnamed){
+		.seconds = station_unnamed_s(station),
+		.spots = atomic_load(&names->spots),
+		.points = atomic_load(&names->points),
+		.named = atomic_load(&names->named),
+		.remedy = naming_remedy((enum naming)atomic_load(&names->naming))};
+	return out->seconds > 0 && out->remedy;
+}
+
 uint64_t sim_late_since_open(const struct station *station)
 {
 	uint64_t late = 0;
@@ -141,4 +155,5 @@ void station_accounts(struct station *station, struct stream_statistics *out)
 	for (int s = 0; s < LATENCY_STAGE_COUNT; s++)
 		fill_latency(&station->statistics, (enum latency_stage)s, &out->latencies[s]);
 	out->stall_count = find_stalls(station, out->time_ns, out->stalls);
+	out->has_unnamed = fill_unnamed(station, &out->unnamed);
 }

@@ -133,6 +133,21 @@ static int decode_stalls(void *arena, const Stage__V1__Statistics *from,
 	return 0;
 }
 
+static int decode_unnamed(void *arena, const Stage__V1__Unnamed *from, struct stage_statistics *to)
+{
+	struct stage_unnamed *unnamed;
+
+	if (!from)
+		return 0;
+	unnamed = decode_alloc(arena, sizeof(*unnamed));
+	if (!unnamed || !decode_text_is_clean(from->remedy))
+		return -EPROTO;
+	*unnamed = (struct stage_unnamed){from->seconds, from->spots, from->points, from->named,
+					  from->remedy};
+	to->unnamed = unnamed;
+	return 0;
+}
+
 int decode_statistics(void *arena, const Stage__V1__Statistics *from, struct stage_event *event)
 {
 	struct stage_statistics *to = decode_alloc(arena, sizeof(*to));
@@ -151,7 +166,8 @@ int decode_statistics(void *arena, const Stage__V1__Statistics *from, struct sta
 					.edges = decode_queue(from->edges),
 					.sets = decode_queue(from->sets)};
 	if (decode_cameras(arena, from, to) < 0 || decode_latencies(arena, from, to) < 0 ||
-	    decode_pulses(arena, from->pulses, to) < 0 || decode_stalls(arena, from, to) < 0)
+	    decode_pulses(arena, from->pulses, to) < 0 || decode_stalls(arena, from, to) < 0 ||
+	    decode_unnamed(arena, from->unnamed, to) < 0)
 		return -EPROTO;
 	*event = (struct stage_event){.kind = STAGE_STATISTICS, .statistics = to};
 	return 0;

@@ -79,6 +79,11 @@ struct stream_stall {
 	int64_t still_ns;
 };
 
+struct stream_unnamed {
+	double seconds, spots, points, named;
+	const char *remedy;
+};
+
 /* How the station does; what the message Statistics says. */
 struct stream_statistics {
 	int64_t time_ns;
@@ -94,6 +99,8 @@ struct stream_statistics {
 	struct stream_pulses pulses;
 	uint32_t stall_count;
 	struct stream_stall stalls[STREAM_STALL_MAX];
+	bool has_unnamed;
+	struct stream_unnamed unnamed;
 };
 
 enum notice_kind { NOTICE_REFUSED = 1, NOTICE_PROTOCOL = 2 };

@@ -35,6 +35,7 @@ struct statistics_parts {
 	Stage__V1__Latency *latency_pointers[STREAM_LATENCY_MAX];
 	struct pulses_parts pulses;
 	Stage__V1__Stall stalls[STREAM_STALL_MAX], *stall_pointers[STREAM_STALL_MAX];
+	Stage__V1__Unnamed unnamed;
 };
 
 static Stage__V1__Queue *fill_queue(Stage__V1__Queue *to, const struct stream_queue *from)
@@ -136,6 +137,17 @@ static void fill_stalls(struct statistics_parts *parts, const struct stream_stat
 	}
 }
 
+static Stage__V1__Unnamed *fill_unnamed(Stage__V1__Unnamed *to, const struct stream_unnamed *from)
+{
+	stage__v1__unnamed__init(to);
+	to->seconds = from->seconds;
+	to->spots = from->spots;
+	to->points = from->points;
+	to->named = from->named;
+	to->remedy = encode_text(from->remedy);
+	return to;
+}
+
 static void fill_statistics(struct statistics_parts *parts, const struct stream_statistics *from)
 {
 	Stage__V1__Statistics *to = &parts->message;
@@ -164,6 +176,8 @@ static void fill_statistics(struct statistics_parts *parts, const struct stream_
 	if (from->has_pulses)
 		to->pulses = fill_pulses(&parts->pulses, &from->pulses);
 	fill_stalls(parts, from);
+	if (from->has_unnamed)
+		to->unnamed = fill_unnamed(&parts->unnamed, &from->unnamed);
 }
 
 int encode_statistics(const struct stream_statistics *statistics, uint8_t **frame,

@@ -174,6 +174,16 @@ struct stage_stall {
 	int64_t still_ns;
 };
 
+/* A good part of the layout is in view, and hardly any of it is recognised. Means of the last
+ * quarter of a second. */
+struct stage_unnamed {
+	double seconds; /* for so long */
+	double spots;   /* that cameras see in a picture */
+	double points;  /* that are made of them in a shot, with a name or without */
+	double named;   /* labels that are seen in a shot */
+	const char *remedy;
+};
+
 /* Once a second: how the station does; counts since its start. */
 struct stage_statistics {
 	int64_t time_ns;
@@ -190,6 +200,7 @@ struct stage_statistics {
 	uint64_t edges_refused;            /* reports of pulses for which `edges` had no room */
 	uint32_t stall_count;              /* 0 when all is well */
 	const struct stage_stall *stalls;
+	const struct stage_unnamed *unnamed; /* NULL while what the cameras see has names */
 };
 
 /* The pointer that belongs to `kind` is set, the others are NULL. The memory is the client's:

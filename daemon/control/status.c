@@ -309,18 +309,16 @@ static json_t *stalled_json(const struct stream_statistics *accounts)
 }
 
 /* null while what the cameras see has names. */
-static json_t *unnamed_json(const struct station *station)
+static json_t *unnamed_json(const struct station *station, const struct stream_statistics *accounts)
 {
-	const struct names_seen *names = &station->solver.book.names;
-	const char *remedy = naming_remedy((enum naming)atomic_load(&names->naming));
-	double seconds = station_unnamed_s(station);
+	const struct stream_unnamed *unnamed = &accounts->unnamed;
 
-	if (seconds <= 0 || !remedy)
+	if (!accounts->has_unnamed)
 		return json_null();
-	return json_pack("{s:f, s:f, s:f, s:f, s:i, s:s}", "seconds", seconds, "spots",
-			 atomic_load(&names->spots), "points", atomic_load(&names->points), "named",
-			 atomic_load(&names->named), "markers",
-			 (int)station->stage.layout.marker_count, "remedy", remedy);
+	return json_pack("{s:f, s:f, s:f, s:f, s:i, s:s}", "seconds", unnamed->seconds, "spots",
+			 unnamed->spots, "points", unnamed->points, "named", unnamed->named,
+			 "markers", (int)station->stage.layout.marker_count, "remedy",
+			 unnamed->remedy);
 }
 
 json_t *station_status_json(const struct control_context *context)
@@ -354,7 +352,7 @@ json_t *station_status_json(const struct control_context *context)
 			    json_integer(rig_swap_number(&station->rig_swap)));
 	json_object_set_new(status, "rig_serial", json_integer(station->rig_swap.current->serial));
 	json_object_set_new(status, "latency", latencies_json(&accounts));
-	json_object_set_new(status, "unnamed", unnamed_json(station));
+	json_object_set_new(status, "unnamed", unnamed_json(station, &accounts));
 	json_object_set_new(status, "stalled", stalled_json(&accounts));
 	return status;
 }

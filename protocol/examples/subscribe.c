@@ -46,6 +46,10 @@ static void print_event(const struct stage_event *event)
 		printf("the station says: %s\n", event->notice->text);
 		break;
 	case STAGE_STATISTICS:
+		if (event->statistics->unnamed)
+			printf("no names for %.0f s: %s\n", event->statistics->unnamed->seconds,
+			       event->statistics->unnamed->remedy);
+		break;
 	case STAGE_UNKNOWN:
 		break;
 	}

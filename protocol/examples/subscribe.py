@@ -13,6 +13,8 @@ def main(path):
                 print(f"{len(event.cameras)} cameras, {len(stream.labels)} labels, rig {event.rig_revision}")
             elif isinstance(event, stageclient.Notice):
                 print(f"the station says: {event.text}")
+            elif isinstance(event, stageclient.Statistics) and event.HasField("unnamed"):
+                print(f"no names for {event.unnamed.seconds:.0f} s: {event.unnamed.remedy}", flush=True)
             elif isinstance(event, stageclient.MarkerSet) and event.mid_exposure_ns // 10**9 != second:
                 second = event.mid_exposure_ns // 10**9
                 named = sum(m.label >= 0 and m.status >= stageclient.TWO_CAMERA for m in event.markers)

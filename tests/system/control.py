@@ -7,6 +7,7 @@ import re
 import shutil
 import socket
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -367,6 +368,30 @@ def test_statistics_come_once_a_second_in_the_stream(shared_station):
     assert len(seen[-1].cameras) == len(client.description.cameras)
     assert [one.stage for one in seen[-1].latencies] == [one["stage"] for one in status["latency"]]
     assert seen[-1].sets.capacity == status["shots"]["sets_queue"]["capacity"]
+
+
+def first_line(command, begin):
+    """Of what it says on either output."""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as told:
+        line = next((line for line in told.stdout if line.startswith(begin)), None)
+        told.kill()
+    return line
+
+
+def test_a_station_whose_markers_have_no_names_says_so_to_whoever_looks(start, own_config):
+    text = own_config.read_text().replace("sim:ir0", "sim:was0")
+    own_config.write_text(text.replace("sim:ir1", "sim:ir0").replace("sim:was0", "sim:ir1"))
+    station = start(own_config).wait_running()
+    stream = str(station.socket_dir / "stream.sock")
+    with stageclient.connect(stream, timeout_s=10) as client:
+        told = next(event.unnamed for event in client
+                    if isinstance(event, stageclient.Statistics) and event.HasField("unnamed"))
+    assert told.seconds >= 2 and told.spots > 30 and told.named < 3 and "swapped" in told.remedy
+    assert station.status()["unnamed"]["remedy"] == told.remedy
+    for command in ([STAGECTL, "stream", "tap", "--socket-dir", station.socket_dir],
+                    [os.environ["SUBSCRIBE_C"], stream],
+                    [sys.executable, os.environ["SUBSCRIBE_PY"], stream]):
+        assert first_line(command, "no names for ").endswith(f"{told.remedy}\n")
 
 
 def resident_kb(pid):
