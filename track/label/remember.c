@@ -26,6 +26,9 @@
 #define JUST_BACK_SHARE 0.2 /* ... of one that is only just back */
 #define TWO_FAR_M 0.0015
 #define FOLLOW_SHARE 0.4 /* of the distance to the next marker: no farther from where expected */
+/* ... nor, of one that did not hold its name for long, from where its own motion carried it */
+#define LEAP_SHARE 0.6
+#define HELD_S 0.3
 
 static void forget_label(struct label_state *label)
 {
@@ -164,11 +167,27 @@ static void follow(const struct tracker_state *state, struct label_state *label,
 	label->steady_since_ns = 0;
 }
 
+/* Neighbours that are read wrongly may have it far from where it was a moment ago. A name that held
+ * for a while is not one of those. */
+static bool has_leapt(const struct tracker_state *state, const struct labelling *l, uint32_t i,
+		      bool jumped)
+{
+	const struct label_state *label = &state->labels[i];
+	const struct prediction *own = &l->motion.labels[i];
+
+	if (label->named_s >= HELD_S || predict_far_apart(state))
+		return false;
+	return own->recent
+		       ? vec3_distance(own->local_m, l->seen_m[i]) > LEAP_SHARE * label->spacing_m
+		       : jumped;
+}
+
 /* A name that was not seen for a while, or where its marker was not expected, is given as a new one
  * is. Of one that is only just back the neighbours alone tell where it is: it must lie nearer. */
-static bool is_followed(const struct labelling *l, const struct label_state *label, uint32_t i,
-			int64_t now_ns)
+static bool is_followed(const struct tracker_state *state, const struct labelling *l, uint32_t i,
+			bool jumped, int64_t now_ns)
 {
+	const struct label_state *label = &state->labels[i];
 	const struct prediction *p = &l->predictions.labels[i];
 	double off_m = vec3_distance(p->local_m, l->seen_m[i]);
 	double share = p->recent                      ? FOLLOW_SHARE
@@ -176,6 +195,7 @@ static bool is_followed(const struct labelling *l, const struct label_state *lab
 						      : 0;
 
 	return label->confirmed && off_m < share * label->spacing_m &&
+	       !has_leapt(state, l, i, jumped) &&
 	       (label->kind != LABEL_SKIN || label->spacing_m - off_m > FOLLOW_SIGMA * p->sigma_m);
 }
 
@@ -215,7 +235,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 		label->steady_since_ns = 0;
 	}
 	struct point *point = &points[l->point_of_label[i]];
-	bool followed = is_followed(l, label, i, now_ns) &&
+	bool followed = is_followed(state, l, i, jumped, now_ns) &&
 			(point->fix.used_count >= 3 || two_may_follow(state, l, i, now_ns));
 	if (!followed && !may_confirm(state, l, leftovers, point, i, jumped, now_ns))
 		return;

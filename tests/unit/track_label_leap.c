@@ -1,0 +1,108 @@
+/*
+ * A marker of a cheek whose neighbours have it far from where it was a moment ago: what held its
+ * name follows them, what was named just now does not.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "track/label/remember.h"
+
+#define SIDE 3
+#define SPACING_M 0.01
+#define NOW_NS 1000000000
+#define PERIOD_NS 8333333
+
+static const struct pose UNTURNED = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+
+enum { BACK = 4, LABELS = SIDE * SIDE };
+
+static struct layout layout;
+static struct tracker_state state;
+static struct labelling l;
+static struct point point;
+
+static void init_label(int i)
+{
+	struct prediction p = {layout.markers[i].neutral_m, 0.0005, true};
+
+	l.motion.labels[i] = l.predictions.labels[i] = p;
+	l.assign.column_of_row[i] = l.point_of_label[i] = ASSIGN_NONE;
+	state.labels[i].confirmed = true;
+	state.labels[i].seen_ns = NOW_NS - 2 * PERIOD_NS;
+	state.labels[i].filled_m = p.local_m;
+}
+
+/* One point, three quarters of a spacing from where the marker's own motion has it. */
+static int make_cheek(void **test_state)
+{
+	(void)test_state;
+	memset(&layout, 0, sizeof(layout));
+	memset(&state, 0, sizeof(state));
+	memset(&l, 0, sizeof(l));
+	layout.actor_count = 1;
+	layout.actors[0].count = layout.marker_count = LABELS;
+	for (int i = 0; i < LABELS; i++)
+		layout.markers[i].neutral_m =
+			(struct vec3){SPACING_M * (i % SIDE), SPACING_M * (i / SIDE), 0.1};
+	predict_init(&state, &layout);
+	for (int i = 0; i < LABELS; i++)
+		init_label(i);
+	state.mid_exposure_ns = NOW_NS - PERIOD_NS;
+	state.period_ns = PERIOD_NS;
+	l.now_ns = NOW_NS;
+	l.found[0] = true;
+	l.rt_stage_frame[0] = l.rt_frame_stage[0] = UNTURNED;
+	l.predictions.labels[BACK].local_m.z += 0.75 * SPACING_M;
+	point = (struct point){.fix = {.used_mask = 7, .used_count = 3}, .label = LABEL_NONE};
+	point.fix.p_stage_m = l.predictions.labels[BACK].local_m;
+	l.seen[BACK] = true;
+	l.assign.column_of_row[BACK] = l.point_of_label[BACK] = 0;
+	return 0;
+}
+
+static void remember(double named_s)
+{
+	const bool anchored[FRAME_MAX] = {false};
+
+	state.labels[BACK].named_s = named_s;
+	remember_labels(&l, &state, &point, anchored, NOW_NS, 1e-9 * PERIOD_NS);
+}
+
+static void a_name_that_held_follows_where_it_is_expected(void **test_state)
+{
+	(void)test_state;
+	remember(1);
+	assert_int_equal(point.label, BACK);
+}
+
+static void a_young_name_does_not_leap(void **test_state)
+{
+	(void)test_state;
+	remember(0.1);
+	assert_int_equal(point.label, LABEL_NONE);
+}
+
+static void a_young_name_follows_its_own_motion(void **test_state)
+{
+	(void)test_state;
+	l.motion.labels[BACK].local_m.z += 0.5 * SPACING_M;
+	remember(0.1);
+	assert_int_equal(point.label, BACK);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(a_name_that_held_follows_where_it_is_expected, make_cheek),
+		cmocka_unit_test_setup(a_young_name_does_not_leap, make_cheek),
+		cmocka_unit_test_setup(a_young_name_follows_its_own_motion, make_cheek),
+	};
+
+	cmocka_set_message_output(CM_OUTPUT_TAP);
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
