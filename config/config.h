@@ -41,7 +41,7 @@ struct config {
 	uint32_t layout_count; /* at least one; an actor each */
 	char layout_paths[ACTOR_MAX][PATH_MAX];
 	char socket_dir[PATH_MAX];            /* stream.sock and control.sock; default /run/stage */
-	char recordings_dir[PATH_MAX];        /* "" when the config does not say */
+	char recordings_dir[PATH_MAX];        /* doctor's; "" when the config does not say */
 	char trigger[256];                    /* address; default "free" */
 	struct trigger_plan plan;             /* period from rate_hz (default 120) */
 	struct trigger_plan calibration_plan; /* while calibrating */

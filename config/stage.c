@@ -9,7 +9,7 @@
 
 #include "config/layout_file.h"
 
-/* The rig holds the tracked cameras alone: nobody needs to calibrate one that is only recorded. */
+/* The rig holds the tracked cameras alone: a camera that is only looked at needs no model. */
 static void number_views(struct stage *stage)
 {
 	uint32_t count = 0;

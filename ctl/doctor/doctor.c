@@ -121,7 +121,7 @@ int verb_doctor(const struct verb *verb, int argc, char **argv)
 	bool json = false, no_light = false;
 	const struct argument arguments[] = {
 		{"directory", "DIR",
-		 "where recordings go (default: recordings_dir of the config, " SERVICE_DIR
+		 "to which you record (default: recordings_dir of the config, " SERVICE_DIR
 		 ", else here)",
 		 .text = &directory},
 		{"no-light", NULL, "do not open cameras and fire strobes", .flag = &no_light},

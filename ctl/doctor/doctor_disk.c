@@ -6,7 +6,7 @@
 
 #include "ctl/doctor/doctor.h"
 
-#define MARKERS_BYTES_PER_S 4e6 /* blobs and markers of all cameras in take.db */
+#define MARKERS_BYTES_PER_S 4e6 /* the stream, and the spots of all cameras */
 #define SPEED_SPARE 1.5
 #define MINUTES_MIN 10
 #define MINUTES_GOOD 60
