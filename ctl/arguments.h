@@ -26,6 +26,17 @@ struct argument {
 	uint64_t count_max;
 };
 
+/* Rows that most verbs have. */
+#define ARGUMENT_SOCKET_DIR(at)                                                         \
+	{                                                                               \
+		"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")", \
+			.text = (at)                                                    \
+	}
+#define ARGUMENT_JSON(at)                                           \
+	{                                                           \
+		"json", NULL, "print one JSON object", .flag = (at) \
+	}
+
 enum arguments_result {
 	ARGUMENTS_OK,
 	ARGUMENTS_HELP,  /* --help was printed: exit with 0 */

@@ -183,7 +183,7 @@ int verb_config_check(const struct verb *verb, int argc, char **argv)
 	bool json = false;
 	struct diag diag = {0};
 	const struct argument arguments[] = {
-		{"json", NULL, "print one JSON object", .flag = &json},
+		ARGUMENT_JSON(&json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, &path, 1);

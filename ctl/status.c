@@ -293,8 +293,7 @@ int verb_status(const struct verb *verb, int argc, char **argv)
 	const char *socket_dir = DEFAULT_SOCKET_DIR;
 	struct view view = {0};
 	const struct argument arguments[] = {
-		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
-		 .text = &socket_dir},
+		ARGUMENT_SOCKET_DIR(&socket_dir),
 		{"follow", NULL, "again every second, until interrupted", .flag = &view.follow},
 		{"json", NULL, "print one JSON object, or one a line", .flag = &view.json},
 		{0},

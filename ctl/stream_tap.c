@@ -260,8 +260,7 @@ int verb_stream_tap(const struct verb *verb, int argc, char **argv)
 	const struct argument arguments[] = {
 		{"count", "N", "stop after N shots (default 0: never)", .count = &tap.count_wanted},
 		{"seconds", "S", "stop after S seconds", .number = &tap.seconds},
-		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
-		 .text = &socket_dir},
+		ARGUMENT_SOCKET_DIR(&socket_dir),
 		{"json", NULL, "print one JSON object per shot", .flag = &tap.json},
 		{0},
 	};

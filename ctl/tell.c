@@ -16,9 +16,8 @@ static int tell(const struct verb *verb, int argc, char **argv, const char *meth
 	bool json = false;
 	json_t *reply;
 	const struct argument arguments[] = {
-		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
-		 .text = &socket_dir},
-		{"json", NULL, "print one JSON object", .flag = &json},
+		ARGUMENT_SOCKET_DIR(&socket_dir),
+		ARGUMENT_JSON(&json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, NULL, 0);

@@ -66,7 +66,7 @@ int verb_trigger_list(const struct verb *verb, int argc, char **argv)
 {
 	bool json = false;
 	const struct argument arguments[] = {
-		{"json", NULL, "print one JSON object", .flag = &json},
+		ARGUMENT_JSON(&json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, NULL, 0);

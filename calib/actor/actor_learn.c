@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "calib/sort.h"
+#include "base/sort.h"
 #include "track/predict.h"
 
 #define OUTLIER_SHARE 5.0  /* of the median distance from the median */

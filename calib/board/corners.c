@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/sort.h"
 #include "calib/board/homography.h"
 #include "calib/board/saddle.h"
 #include "calib/board/tags.h"
-#include "calib/sort.h"
 
 #define TAGS_ENOUGH 6      /* fewer in the smaller picture: it may be too small */
 #define DISAGREE_PART 0.12 /* of a square, between what two tags say of a corner */

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/sort.h"
 #include "calib/board/sight.h"
-#include "calib/sort.h"
 
 #define CAMERAS_MIN 3
 #define CHANGE_MIN 0.003

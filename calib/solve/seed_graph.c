@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/sort.h"
 #include "calib/solve/seed_parts.h"
-#include "calib/sort.h"
 #include "track/rigid.h"
 
 #define NEAR 3.0           /* times the median distance: still agrees */

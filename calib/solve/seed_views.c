@@ -5,10 +5,10 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/sort.h"
 #include "calib/board/homography.h"
 #include "calib/board/plane_pose.h"
 #include "calib/solve/seed_parts.h"
-#include "calib/sort.h"
 
 #define RMS_PART_MAX 0.03 /* of the width: more than any lens bends a board */
 

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/sort.h"
 #include "calib/rt.h"
 #include "calib/solve/stages.h"
-#include "calib/sort.h"
 
 #define RMS_MAX_PX 1.5        /* more: these numbers describe nothing */
 #define DISTORTION_START 1e-7 /* not quite none: with none, gradients cancel */

@@ -7,9 +7,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/sort.h"
 #include "calib/board/sight.h"
 #include "calib/rt.h"
-#include "calib/sort.h"
 
 #define POINTS_MIN 4
 #define TAIL 0.05 /* of the board's places, left out at each side */

@@ -120,7 +120,7 @@ int verb_calibrate_board(const struct verb *verb, int argc, char **argv)
 		{"focal-px", "PX", "... and the focal length of its lens in pixels",
 		 .number = &wanted.focal_px},
 		{"first-id", "N", "of the tags (default 0)", .count = &wanted.first_id},
-		{"json", NULL, "print one JSON object", .flag = &wanted.json},
+		ARGUMENT_JSON(&wanted.json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, NULL, 0);

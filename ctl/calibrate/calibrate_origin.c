@@ -182,10 +182,9 @@ int verb_calibrate_origin(const struct verb *verb, int argc, char **argv)
 		 "of an L-frame, along x: from the corner's marker to the end's",
 		 .count = &origin.long_mm},
 		{"short-arm-mm", "N", "of an L-frame, along y", .count = &origin.short_mm},
-		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
-		 .text = &origin.source.socket_dir},
+		ARGUMENT_SOCKET_DIR(&origin.source.socket_dir),
 		{"seconds", "N", "of the station's markers (default 2)", .count = &seconds},
-		{"json", NULL, "print one JSON object", .flag = &origin.json},
+		ARGUMENT_JSON(&origin.json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, NULL, 0);

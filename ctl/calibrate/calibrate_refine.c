@@ -169,11 +169,10 @@ int verb_calibrate_refine(const struct verb *verb, int argc, char **argv)
 	const struct argument arguments[] = {
 		{"from", "PATH", "a recording's directory or config (default: the station)",
 		 .text = &refine.source.from},
-		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
-		 .text = &refine.source.socket_dir},
+		ARGUMENT_SOCKET_DIR(&refine.source.socket_dir),
 		{"seconds", "N", "of the station's markers (default 5)", .count = &seconds},
 		{"dry-run", NULL, "says who moved and writes nothing", .flag = &refine.dry_run},
-		{"json", NULL, "print one JSON object", .flag = &refine.json},
+		ARGUMENT_JSON(&refine.json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, NULL, 0);

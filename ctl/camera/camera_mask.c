@@ -14,10 +14,12 @@
 #include "base/output_file.h"
 #include "config/masks.h"
 #include "ctl/arguments.h"
+#include "ctl/camera/camera_status.h"
 #include "ctl/camera/snapshot.h"
 #include "ctl/control_client.h"
 #include "ctl/frame_feed.h"
 #include "ctl/print_json.h"
+#include "protocol/mask_json.h"
 #include "track/blobs/blobs.h"
 #include "track/blobs/mask_find.h"
 
@@ -111,71 +113,32 @@ static int find_mask(const struct wish *wish, struct mask *mask)
 	return code;
 }
 
-static json_t *areas_json(const struct mask *mask)
-{
-	json_t *areas = json_array();
-
-	for (uint32_t a = 0; a < mask->area_count; a++)
-		json_array_append_new(
-			areas, json_pack("{s:i, s:i, s:i, s:i}", "x", mask->areas[a].x_px, "y",
-					 mask->areas[a].y_px, "width", mask->areas[a].width_px,
-					 "height", mask->areas[a].height_px));
-	return areas;
-}
-
 static int set_mask(const struct wish *wish, const struct mask *mask)
 {
 	json_t *reply;
 	int code = control_ask(
 		&reply, wish->socket_dir, "org.stage.Control.SetMask",
-		json_pack("{s:s, s:o}", "camera", wish->camera, "areas", areas_json(mask)));
+		json_pack("{s:s, s:o}", "camera", wish->camera, "areas", mask_to_json(mask)));
 
 	if (code == EXIT_CODE_OK)
 		json_decref(reply);
 	return code;
 }
 
-static void read_areas(const json_t *areas, struct mask *mask)
-{
-	size_t index;
-	json_t *area;
-
-	mask->area_count = 0;
-	json_array_foreach(areas, index, area)
-	{
-		struct mask_area *to = &mask->areas[mask->area_count];
-
-		if (index < MASK_AREA_MAX &&
-		    json_unpack(area, "{s:i, s:i, s:i, s:i}", "x", &to->x_px, "y", &to->y_px,
-				"width", &to->width_px, "height", &to->height_px) == 0)
-			mask->area_count++;
-	}
-}
-
 static int get_mask(const struct wish *wish, struct mask *mask)
 {
-	json_t *reply, *camera, *found = NULL;
-	size_t index;
-	int code = control_ask(&reply, wish->socket_dir, "org.stage.Control.GetStatus", NULL);
+	json_t *camera;
+	int code = camera_status(&camera, wish->socket_dir, wish->camera);
 
 	if (code)
 		return code;
-	json_array_foreach(json_object_get(json_object_get(reply, "status"), "cameras"), index,
-			   camera)
-	{
-		const char *name = json_string_value(json_object_get(camera, "name"));
-
-		if (name && strcmp(name, wish->camera) == 0)
-			found = camera;
+	if (!mask_from_json(mask, json_object_get(camera, "mask"))) {
+		fprintf(stderr, "stagectl: camera %s: what answers tells no mask: no station\n",
+			wish->camera);
+		code = EXIT_CODE_CONNECTION;
 	}
-	if (found)
-		read_areas(json_object_get(found, "mask"), mask);
-	json_decref(reply);
-	if (found)
-		return EXIT_CODE_OK;
-	fprintf(stderr, "stagectl: the station has no camera %s; stagectl status lists them\n",
-		wish->camera);
-	return EXIT_CODE_DEVICE;
+	json_decref(camera);
+	return code;
 }
 
 /* Into the file that the config's `masks` names; other cameras' masks stay. */
@@ -208,7 +171,7 @@ static void print_mask(const struct wish *wish, const struct mask *mask)
 {
 	if (wish->json) {
 		json_t *object =
-			json_pack("{s:s, s:o}", "camera", wish->camera, "mask", areas_json(mask));
+			json_pack("{s:s, s:o}", "camera", wish->camera, "mask", mask_to_json(mask));
 
 		print_json(object);
 		return;
@@ -263,9 +226,8 @@ int verb_camera_mask(const struct verb *verb, int argc, char **argv)
 		{"clear", NULL, "take the mask away", .flag = &wish.clear},
 		{"save", "FILE", "keep the mask in the file that the config's `masks` names",
 		 .text = &wish.save},
-		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
-		 .text = &wish.socket_dir},
-		{"json", NULL, "print one JSON object", .flag = &wish.json},
+		ARGUMENT_SOCKET_DIR(&wish.socket_dir),
+		ARGUMENT_JSON(&wish.json),
 		{0},
 	};
 	enum arguments_result parsed =

@@ -114,9 +114,8 @@ int verb_camera_noise(const struct verb *verb, int argc, char **argv)
 	bool json = false;
 	const struct argument arguments[] = {
 		{"frames", "N", "images to take (default 64)", .count = &frames},
-		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
-		 .text = &socket_dir},
-		{"json", NULL, "print one JSON object", .flag = &json},
+		ARGUMENT_SOCKET_DIR(&socket_dir),
+		ARGUMENT_JSON(&json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, &camera, 1);

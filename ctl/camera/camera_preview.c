@@ -46,11 +46,10 @@ int verb_camera_preview(const struct verb *verb, int argc, char **argv)
 	bool whole = false, json = false;
 	const struct argument arguments[] = {
 		{"output", "FILE.png", "write here (default: the camera's name)", .text = &output},
-		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
-		 .text = &socket_dir},
+		ARGUMENT_SOCKET_DIR(&socket_dir),
 		{"whole", NULL, "of all: whole images (default: the part with the markers)",
 		 .flag = &whole},
-		{"json", NULL, "print one JSON object", .flag = &json},
+		ARGUMENT_JSON(&json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, &camera, 1);

@@ -4,12 +4,11 @@
  */
 #include <jansson.h>
 #include <stdio.h>
-#include <string.h>
 
 #include "base/exit_codes.h"
 #include "ctl/arguments.h"
+#include "ctl/camera/camera_status.h"
 #include "ctl/camera/snapshot.h"
-#include "ctl/control_client.h"
 #include "ctl/print_json.h"
 #include "ctl/program_drivers.h"
 
@@ -48,34 +47,6 @@ static int ask_device(json_t **out, const char *address)
 	if (code == EXIT_CODE_OK)
 		*out = mode_json(address, &granted);
 	return code;
-}
-
-static int ask_station(json_t **out, const char *socket_dir, const char *name)
-{
-	json_t *reply, *camera, *found = NULL;
-	size_t index;
-	int code = control_ask(&reply, socket_dir, "org.stage.Control.GetStatus", NULL);
-
-	if (code)
-		return code;
-	json_array_foreach(json_object_get(json_object_get(reply, "status"), "cameras"), index,
-			   camera)
-	{
-		const char *other = json_string_value(json_object_get(camera, "name"));
-
-		if (other && strcmp(other, name) == 0)
-			found = json_incref(camera);
-	}
-	json_decref(reply);
-	if (!found) {
-		fprintf(stderr,
-			"stagectl: the station has no camera %s; stagectl status lists them, and "
-			"an address looks like sim:ir1\n",
-			name);
-		return EXIT_CODE_DEVICE;
-	}
-	*out = found;
-	return EXIT_CODE_OK;
 }
 
 /* Texts, as a rule. */
@@ -123,9 +94,8 @@ int verb_camera_show(const struct verb *verb, int argc, char **argv)
 	bool json = false;
 	json_t *shown;
 	const struct argument arguments[] = {
-		{"socket-dir", "DIR", "of the station (default " DEFAULT_SOCKET_DIR ")",
-		 .text = &socket_dir},
-		{"json", NULL, "print one JSON object", .flag = &json},
+		ARGUMENT_SOCKET_DIR(&socket_dir),
+		ARGUMENT_JSON(&json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, &camera, 1);
@@ -133,7 +103,7 @@ int verb_camera_show(const struct verb *verb, int argc, char **argv)
 	if (parsed != ARGUMENTS_OK)
 		return arguments_exit_code(parsed);
 	int code = snapshot_is_address(camera) ? ask_device(&shown, camera)
-					       : ask_station(&shown, socket_dir, camera);
+					       : camera_status(&shown, socket_dir, camera);
 	if (code)
 		return code;
 	if (json) {

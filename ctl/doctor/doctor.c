@@ -125,7 +125,7 @@ int verb_doctor(const struct verb *verb, int argc, char **argv)
 		 ", else here)",
 		 .text = &directory},
 		{"no-light", NULL, "do not open cameras and fire strobes", .flag = &no_light},
-		{"json", NULL, "print one JSON object", .flag = &json},
+		ARGUMENT_JSON(&json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse_optional(verb, arguments, argc, argv, &path);

@@ -83,7 +83,7 @@ int verb_sim_list(const struct verb *verb, int argc, char **argv)
 	size_t count = 0;
 	struct diag diag = {0};
 	const struct argument arguments[] = {
-		{"json", NULL, "print one JSON object", .flag = &json},
+		ARGUMENT_JSON(&json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, NULL, 0);

@@ -212,7 +212,7 @@ int verb_sim_play(const struct verb *verb, int argc, char **argv)
 		{"cameras", "N", "how many IR cameras (default: the scene's own)",
 		 .count = &r.cameras},
 		{"rate", "HZ", "shots per second (default: the scene's own)", .number = &r.rate_hz},
-		{"json", NULL, "print one JSON object", .flag = &r.json},
+		ARGUMENT_JSON(&r.json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, &r.scene, 1);

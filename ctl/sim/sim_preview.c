@@ -261,7 +261,7 @@ int verb_sim_preview(const struct verb *verb, int argc, char **argv)
 		 .flag = &options.whole},
 		{"output", "FILE.png", "write here (default: the scene's name)",
 		 .text = &options.output},
-		{"json", NULL, "print one JSON object", .flag = &options.json},
+		ARGUMENT_JSON(&options.json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, &scene, 1);

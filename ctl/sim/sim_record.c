@@ -63,7 +63,7 @@ int verb_sim_record(const struct verb *verb, int argc, char **argv)
 		{"rate", "HZ", "shots per second (default: the scene's own)", .number = &rate_hz},
 		{"optics", "NAME", "gaussian or tailed (default: the scene's own)",
 		 .text = &optics},
-		{"json", NULL, "print one JSON object", .flag = &json},
+		ARGUMENT_JSON(&json),
 		{0},
 	};
 	enum arguments_result parsed = arguments_parse(verb, arguments, argc, argv, &dir, 1);

@@ -53,8 +53,8 @@ json_t *control_observe(struct call *call);
 json_t *control_reload_rig(struct call *call);
 json_t *control_set_mask(struct call *call);
 
-/* NULL when there is none of this name. */
-struct capture *find_camera(struct station *station, const char *name, int *index);
+/* Of the station, by the parameter `camera`; or NULL, and *refusal (new) is the reply. */
+struct capture *named_camera(const struct call *call, json_t **refusal);
 
 json_t *too_many(int most);
 json_t *wrong_state(const struct call *call);
@@ -69,7 +69,6 @@ json_t *observe_reply(const struct station *station, bool ready);
 
 /* To ReloadRig, when `state` is DONE or FAILED. */
 json_t *rig_reply(const struct station *station, enum rig_swap_state state);
-json_t *no_such_camera(const struct station *station, const char *name);
 
 /* The last reply to Calibrate with `more`; NULL while `run` still calibrates. */
 json_t *calibrated_reply(const struct station *station, uint32_t run);

@@ -6,17 +6,7 @@
 
 #include "daemon/control/control_methods.h"
 
-struct capture *find_camera(struct station *station, const char *name, int *index)
-{
-	for (uint32_t c = 0; c < station->stage.config.camera_count; c++)
-		if (strcmp(station->captures[c].name, name) == 0) {
-			*index = (int)c;
-			return &station->captures[c];
-		}
-	return NULL;
-}
-
-json_t *no_such_camera(const struct station *station, const char *name)
+static json_t *no_such_camera(const struct station *station, const char *name)
 {
 	json_t *known = json_array();
 
@@ -24,6 +14,18 @@ json_t *no_such_camera(const struct station *station, const char *name)
 		json_array_append_new(known, json_string(station->captures[c].name));
 	return varlink_error("org.stage.Control.NoSuchCamera",
 			     json_pack("{s:s, s:o}", "camera", name, "cameras", known));
+}
+
+struct capture *named_camera(const struct call *call, json_t **refusal)
+{
+	const char *name = json_string_value(json_object_get(call->parameters, "camera"));
+	struct station *station = call->context->station;
+
+	for (uint32_t c = 0; name && c < station->stage.config.camera_count; c++)
+		if (strcmp(station->captures[c].name, name) == 0)
+			return &station->captures[c];
+	*refusal = name ? no_such_camera(station, name) : varlink_invalid_parameter("camera");
+	return NULL;
 }
 
 static json_t *no_frame(const struct capture *capture)
@@ -35,19 +37,16 @@ static json_t *no_frame(const struct capture *capture)
 
 json_t *control_preview(struct call *call)
 {
-	const char *name = json_string_value(json_object_get(call->parameters, "camera"));
-	struct station *station = call->context->station;
-	int index;
+	json_t *refusal;
+	struct capture *capture = named_camera(call, &refusal);
 
-	if (!name)
-		return varlink_invalid_parameter("camera");
-	struct capture *capture = find_camera(station, name, &index);
 	if (!capture)
-		return no_such_camera(station, name);
+		return refusal;
 	if (atomic_load(&capture->state) != CAPTURE_RUNNING)
 		return no_frame(capture);
 	capture_request_preview(capture);
-	*call->wait = (struct wait){.kind = WAIT_PREVIEW, .camera = index};
+	*call->wait = (struct wait){.kind = WAIT_PREVIEW,
+				    .camera = (int)(capture - call->context->station->captures)};
 	return NULL;
 }
 

@@ -6,8 +6,7 @@
 
 #include "base/log.h"
 #include "daemon/control/control_methods.h"
-
-#define AREA_END_MAX_PX 16384
+#include "protocol/mask_json.h"
 
 static json_t *busy(void)
 {
@@ -47,51 +46,17 @@ json_t *rig_reply(const struct station *station, enum rig_swap_state state)
 					(int)serial));
 }
 
-/* A whole number in [low, high], or false. */
-static bool read_px(const json_t *area, const char *key, int low, int high, int *out)
-{
-	const json_t *value = json_object_get(area, key);
-
-	if (!json_is_integer(value) || json_integer_value(value) < low ||
-	    json_integer_value(value) > high)
-		return false;
-	*out = (int)json_integer_value(value);
-	return true;
-}
-
-static bool read_mask(const json_t *areas, struct mask *mask)
-{
-	if (!json_is_array(areas) || json_array_size(areas) > MASK_AREA_MAX)
-		return false;
-	*mask = (struct mask){.area_count = (uint32_t)json_array_size(areas)};
-	for (uint32_t a = 0; a < mask->area_count; a++) {
-		const json_t *from = json_array_get(areas, a);
-		struct mask_area *to = &mask->areas[a];
-
-		if (!read_px(from, "x", 0, AREA_END_MAX_PX - 1, &to->x_px) ||
-		    !read_px(from, "y", 0, AREA_END_MAX_PX - 1, &to->y_px) ||
-		    !read_px(from, "width", 1, AREA_END_MAX_PX, &to->width_px) ||
-		    !read_px(from, "height", 1, AREA_END_MAX_PX, &to->height_px))
-			return false;
-	}
-	return true;
-}
-
 json_t *control_set_mask(struct call *call)
 {
-	const char *name = json_string_value(json_object_get(call->parameters, "camera"));
-	struct station *station = call->context->station;
+	json_t *refusal;
 	struct mask mask;
-	int index;
+	struct capture *capture = named_camera(call, &refusal);
 
-	if (!name)
-		return varlink_invalid_parameter("camera");
-	struct capture *capture = find_camera(station, name, &index);
 	if (!capture)
-		return no_such_camera(station, name);
+		return refusal;
 	if (capture->role != ROLE_IR)
 		return varlink_invalid_parameter("camera");
-	if (!read_mask(json_object_get(call->parameters, "areas"), &mask))
+	if (!mask_from_json(&mask, json_object_get(call->parameters, "areas")))
 		return varlink_invalid_parameter("areas");
 	if (capture_set_mask(capture, &mask) < 0)
 		return busy();

@@ -8,6 +8,7 @@
 #include "base/clock.h"
 #include "daemon/accounts.h"
 #include "daemon/control/control_methods.h"
+#include "protocol/mask_json.h"
 
 static void set_count(json_t *object, const char *key, const _Atomic uint64_t *counter)
 {
@@ -67,18 +68,6 @@ static json_t *lost_json(const struct capture *capture, int64_t now_ns)
 	return json_pack("{s:f, s:o}", "since_s",
 			 (double)(now_ns - capture->lost_since_ns) / NS_PER_S, "why",
 			 why ? why : json_string("(not UTF-8)"));
-}
-
-static json_t *mask_json(const struct mask *mask)
-{
-	json_t *areas = json_array();
-
-	for (uint32_t a = 0; a < mask->area_count; a++)
-		json_array_append_new(
-			areas, json_pack("{s:i, s:i, s:i, s:i}", "x", mask->areas[a].x_px, "y",
-					 mask->areas[a].y_px, "width", mask->areas[a].width_px,
-					 "height", mask->areas[a].height_px));
-	return areas;
 }
 
 /* Every event that the pulse ledger names, then what holds now, and the last event. */
@@ -188,7 +177,7 @@ static json_t *camera_json(const struct station *station, uint32_t index,
 	json_object_set_new(camera, "ledger",
 			    ledger_json(&station->solver.book.cameras[index], accounts));
 	set_count(camera, "blobs_masked", &capture->counters.blobs_masked);
-	json_object_set_new(camera, "mask", mask_json(capture->mask));
+	json_object_set_new(camera, "mask", mask_to_json(capture->mask));
 	json_object_set_new(camera, "queue", queue_json(&accounts->queue));
 	json_object_set_new(camera, "lost", lost_json(capture, clock_now_ns()));
 	set_count(camera, "reopened", &capture->counters.reopened);
