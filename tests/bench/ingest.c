@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
+#include "base/sort.h"
 #include "drivers/aravis/aravis.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/figures.h"
@@ -132,16 +133,9 @@ static int run_round(struct results *r, const char *ip)
 	return 0;
 }
 
-static int by_value(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
-}
-
 static double median(double *values, int count)
 {
-	qsort(values, (size_t)count, sizeof(*values), by_value);
+	sort_doubles(values, (size_t)count);
 	return values[count / 2];
 }
 

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "base/sort.h"
 #include "tests/bench/points.h"
 #include "tests/bench/points_world.h"
 #include "track/match/match.h"
@@ -32,17 +33,10 @@ static double thread_us(void)
 	return (double)t.tv_sec * 1e6 + (double)t.tv_nsec * 1e-3;
 }
 
-static int by_value(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
-}
-
 static void tell(struct points_bench *bench, const char *name, struct samples *samples,
 		 double share)
 {
-	qsort(samples->us, (size_t)samples->count, sizeof(double), by_value);
+	sort_doubles(samples->us, (size_t)samples->count);
 	json_object_set_new(bench->figures, name,
 			    json_real(samples->us[(int)(share * (samples->count - 1))]));
 }

@@ -10,6 +10,7 @@
 #include <time.h>
 
 #include "base/clock.h"
+#include "base/sort.h"
 #include "sim/play.h"
 #include "sim/render/hd_render.h"
 #include "sim/render/render.h"
@@ -31,13 +32,6 @@ static double thread_s(void)
 
 	clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
 	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static int by_value(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
 }
 
 static struct sim_options options_of(const char *optics, uint64_t seed)
@@ -68,7 +62,7 @@ static double seconds_per_image(const struct sim_scene *scene, enum sim_noise no
 		rounds_s[round] = (thread_s() - start_s) / IMAGES;
 		sim_renderer_destroy(renderer);
 	}
-	qsort(rounds_s, ROUNDS, sizeof(*rounds_s), by_value);
+	sort_doubles(rounds_s, ROUNDS);
 	return rounds_s[ROUNDS / 2];
 }
 

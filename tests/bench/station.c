@@ -21,6 +21,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
+#include "base/sort.h"
 #include "protocol/stage_client.h"
 #include "sim/world/scene.h"
 #include "tests/bench/cpu_time.h"
@@ -56,13 +57,6 @@ static void add_sample(struct samples *samples, int64_t from_ns, int64_t to_ns)
 {
 	if (samples->count < SAMPLES_MAX)
 		samples->us[samples->count++] = (double)(to_ns - from_ns) * 1e-3;
-}
-
-static int by_value(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
 }
 
 static double percentile(const struct samples *samples, double share)
@@ -261,9 +255,9 @@ static int run_rounds(int rounds)
 	results.read_us_per_frame /= rounds;
 	results.read_cpu_share /= rounds;
 	results.station_cpu_share /= rounds;
-	qsort(results.floor.us, (size_t)results.floor.count, sizeof(double), by_value);
-	qsort(results.solve.us, (size_t)results.solve.count, sizeof(double), by_value);
-	qsort(results.station.us, (size_t)results.station.count, sizeof(double), by_value);
+	sort_doubles(results.floor.us, (size_t)results.floor.count);
+	sort_doubles(results.solve.us, (size_t)results.solve.count);
+	sort_doubles(results.station.us, (size_t)results.station.count);
 	for (int c = 0; c < POOL_CAMERAS; c++)
 		frame_pool_finish(&pools[c]);
 	return err;

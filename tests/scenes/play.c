@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/sort.h"
 #include "sim/play.h"
 
 /* Cameras of a nameless point at that place, 0 when there is none. */
@@ -54,13 +55,6 @@ static void print_head(const struct sim_truth *truth, const struct marker_set *s
 	       1e3 * set->heads[0].residual_m, named, set->marker_count - set->label_count);
 }
 
-static int by_value(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
-}
-
 static double argument(int argc, char **argv, int index, double other)
 {
 	return argc > index ? atof(argv[index]) : other;
@@ -97,7 +91,7 @@ int main(int argc, char **argv)
 			print_head(&stage.truth, &stage.set);
 		}
 	}
-	qsort(times_us, shots, sizeof(*times_us), by_value);
+	sort_doubles(times_us, shots);
 	printf("%s seed %lu: seen3 %lu right %.3f%% unnamed %.3f%% wrong %lu two %lu/%lu stray %lu "
 	       "rms %.4f mm nees/3 %.2f pred %lu rms %.2f mm head %.3f mm (%lu of %lu) named at "
 	       "%ld; "

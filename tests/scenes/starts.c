@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/sort.h"
 #include "sim/play.h"
 
 #define START_EVERY_S 1.37
@@ -19,13 +20,6 @@ struct sums {
 static double argument(int argc, char **argv, int index, double other)
 {
 	return argc > index ? atof(argv[index]) : other;
-}
-
-static int by_value(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
 }
 
 static void play_start(struct sim_play *stage, const struct sim_options *options,
@@ -82,7 +76,7 @@ int main(int argc, char **argv)
 				   (uint64_t)(seconds * options.rate_hz), &sums);
 		sim_play_finish(&stage);
 	}
-	qsort(sums.right_share, sums.starts, sizeof(double), by_value);
+	sort_doubles(sums.right_share, sums.starts);
 	printf("%s, %u cameras: %lu starts, %lu with %lu wrong names; right: median %.2f%%, 10th "
 	       "percentile %.2f%%, least %.2f%%; %lu took over 1 s\n",
 	       options.scene, options.camera_count, (unsigned long)sums.starts,

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from conftest import STAGECTL, ctl
+from conftest import STAGECTL, ctl, simulated
 
 BOARD = "board: {squares_x: 12, squares_y: 9, square_m: 0.035}"
 
@@ -19,11 +19,8 @@ def four_cameras(tmp_path_factory):
     place = tmp_path_factory.mktemp("live") / "stage"
     done = ctl("sim", "record", place, "--seconds", "0.02", "--cameras", "4", "--seed", "5")
     assert done.returncode == 0, done.stderr
-    text = (place / "stage.yaml").read_text().replace("files:", "sim:")
-    text = text.replace("trigger: free", "trigger: sim")
     (place / "stage.yaml").write_text(
-        text + "sim: {scene: talking, seed: 5}\n"
-        f"calibration: {{rate_hz: 4, poses_min: 20, {BOARD}}}\n")
+        simulated(place) + f"calibration: {{rate_hz: 4, poses_min: 20, {BOARD}}}\n")
     return place
 
 

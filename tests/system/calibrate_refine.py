@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from conftest import ctl
+from conftest import ctl, simulated
 
 TURN_RAD = 0.4e-3
 
@@ -71,10 +71,7 @@ def own(recording, tmp_path):
 def live(own):
     """The same rig before simulated cameras, one of which is bumped."""
     config = own / "stage.yaml"
-    text = config.read_text().replace("files:", "sim:").replace("trigger: free", "trigger: sim")
-    config.write_text(text+
-                      "sim: {scene: talking, seed: 5, faults: [{camera: ir2, kind: bump, at_s: 4, "
-                      "angle_mrad: 0.5}]}\n")
+    config.write_text(simulated(own, "seed: 5, faults: [{camera: ir2, kind: bump, at_s: 4, angle_mrad: 0.5}]"))
     return config
 
 

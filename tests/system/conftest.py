@@ -90,13 +90,18 @@ def truncate(image):
     image.write_bytes(begin)
 
 
+def simulated(place, sim="seed: 5", rate_hz=120):
+    """A recording's config with its cameras live; `sim` says more of the simulator."""
+    text = (place / "stage.yaml").read_text().replace("files:", "sim:")
+    text = text.replace("trigger: free", "trigger: sim").replace("rate_hz: 120", f"rate_hz: {rate_hz}")
+    return f"{text}sim: {{scene: talking, {sim}}}\n"
+
+
 @pytest.fixture(scope="session")
 def sim_config(recording):
     """The same cameras live."""
-    text = (recording / "stage.yaml").read_text().replace("files:", "sim:")
-    text = text.replace("trigger: free", "trigger: sim").replace("rate_hz: 120", "rate_hz: 60")
     path = recording / "sim.yaml"
-    path.write_text(text + "sim: {scene: talking, seed: 5}\n")
+    path.write_text(simulated(recording, rate_hz=60))
     return path
 
 
@@ -215,13 +220,10 @@ def start_stepped(recording, tmp_path):
     stations = []
 
     def start_one(sim=""):
-        text = (recording / "stage.yaml").read_text().replace("files:", "sim:")
-        text = text.replace("trigger: free", "trigger: sim")
         name = f"stepped{len(stations)}"
         config = tmp_path / f"{name}.yaml"
-        text = text.replace("rig: rig", f"rig: {recording}/rig")
-        text = text.replace("layout: layout.yaml", f"layout: {recording}/layout.yaml")
-        config.write_text(f"{text}sim: {{scene: talking, seed: 5, clock: stepped{sim}}}\n")
+        text = simulated(recording, f"seed: 5, clock: stepped{sim}").replace("rig: rig", f"rig: {recording}/rig")
+        config.write_text(text.replace("layout: layout.yaml", f"layout: {recording}/layout.yaml"))
         stations.append(SteppedStation(config, tmp_path / name))
         return stations[-1]
 

@@ -15,7 +15,7 @@ import time
 import pytest
 import stageclient
 
-from conftest import STAGECTL, ctl
+from conftest import STAGECTL, ctl, simulated
 from station import ask, read_reply
 
 SHIFT_M = 0.1
@@ -28,10 +28,8 @@ def own_config(recording, tmp_path):
     place.mkdir()
     shutil.copytree(recording / "rig", place / "rig")
     shutil.copy(recording / "layout.yaml", place)
-    text = (recording / "stage.yaml").read_text().replace("files:", "sim:")
-    text = text.replace("trigger: free", "trigger: sim").replace("rate_hz: 120", "rate_hz: 60")
     config = place / "stage.yaml"
-    config.write_text(text + "sim: {scene: talking, seed: 5}\n")
+    config.write_text(simulated(recording, rate_hz=60))
     return config
 
 

@@ -5,7 +5,7 @@ import time
 import pytest
 import stageclient
 
-from conftest import Station, SteppedStation, ctl
+from conftest import Station, SteppedStation, ctl, simulated
 from png_file import read_png
 
 PHASE = 2
@@ -22,10 +22,8 @@ def hd_recording(tmp_path_factory):
 @pytest.fixture(scope="module")
 def live(hd_recording, tmp_path_factory):
     """Four IR cameras at 120 Hz and one HD camera, exposed in shots 4k + PHASE."""
-    text = (hd_recording / "stage.yaml").read_text().replace("files:", "sim:")
-    text = text.replace("trigger: free", "trigger: sim")
     config = hd_recording / "sim.yaml"
-    config.write_text(text + f"hd: {{phase: {PHASE}}}\nsim: {{scene: talking, seed: 5}}\n")
+    config.write_text(simulated(hd_recording) + f"hd: {{phase: {PHASE}}}\n")
     station = Station(config, tmp_path_factory.mktemp("live") / "sockets").wait_running()
     yield station
     station.end()

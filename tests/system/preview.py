@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from conftest import STAGECTL, Station, ctl
+from conftest import STAGECTL, Station, ctl, simulated
 from png_file import read_png
 
 
@@ -95,10 +95,8 @@ def live(tmp_path_factory):
     place = tmp_path_factory.mktemp("live") / "stage"
     done = ctl("sim", "record", place, "--seconds", "0.1", "--hd", "1", "--seed", "3")
     assert done.returncode == 0, done.stderr
-    text = (place / "stage.yaml").read_text().replace("files:", "sim:")
     config = place / "sim.yaml"
-    config.write_text(text.replace("trigger: free", "trigger: sim") +
-                      "sim: {scene: talking, seed: 3}\n")
+    config.write_text(simulated(place, "seed: 3"))
     station = Station(config, place / "sockets").wait_running()
     station.config = config
     yield station

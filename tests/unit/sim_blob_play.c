@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include "base/sort.h"
 #include "sim/blob_play.h"
 #include "sim/blob_play_spots.h"
 #include "sim/render/optics.h"
@@ -93,16 +94,9 @@ static void collect(const struct sim_scene *scene, uint32_t camera, struct pairs
 	sim_renderer_destroy(renderer);
 }
 
-static int by_value(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-
-	return (x > y) - (x < y);
-}
-
 static double median(double *values, int count)
 {
-	qsort(values, (size_t)count, sizeof(*values), by_value);
+	sort_doubles(values, (size_t)count);
 	return values[count / 2];
 }
 

@@ -179,14 +179,19 @@ static void find_exactly(const struct sim_scene *scene, uint64_t shot, uint32_t 
 	}
 }
 
+static struct sim_options rolling_shutter(uint64_t seed)
+{
+	return (struct sim_options){.scene = "04-head-shake",
+				    .seed = seed,
+				    .camera_count = IR_COUNT,
+				    .hd_camera_count = 1,
+				    .hd_after_ir_ns = SIM_HD_AFTER_IR_NS,
+				    .hd_row_ns = 15000};
+}
+
 static void a_rolling_shutter_exposes_every_row_at_its_time(void **state)
 {
-	const struct sim_options options = {.scene = "04-head-shake",
-					    .seed = 7,
-					    .camera_count = IR_COUNT,
-					    .hd_camera_count = 1,
-					    .hd_after_ir_ns = SIM_HD_AFTER_IR_NS,
-					    .hd_row_ns = 15000};
+	const struct sim_options options = rolling_shutter(7);
 	static struct sim_sight rolling[LABEL_MAX], global[LABEL_MAX];
 	struct sim_scene *scene;
 	double most_px = 0, moved_px = 0;
@@ -226,12 +231,7 @@ static void a_rolling_shutter_exposes_every_row_at_its_time(void **state)
 /* Centroids in pictures of a rolling shutter, against sights. */
 static void spots_of_a_rolling_shutter_are_where_the_sights_are(void **state)
 {
-	const struct sim_options options = {.scene = "04-head-shake",
-					    .seed = 3,
-					    .camera_count = IR_COUNT,
-					    .hd_camera_count = 1,
-					    .hd_after_ir_ns = SIM_HD_AFTER_IR_NS,
-					    .hd_row_ns = 15000};
+	const struct sim_options options = rolling_shutter(3);
 	static struct sim_sight sights[LABEL_MAX];
 	static struct seen seen;
 	struct sim_hd_renderer *renderer;

@@ -5,20 +5,15 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <string.h>
 
 #include <cmocka.h>
 
-#include "track/label/label.h"
+#include "one_face.h"
 
 #define SIDE 3
 #define SPACING_M 0.01
 
 enum { BACK = 4, CORNER = 8, LABELS = SIDE * SIDE };
-
-static struct layout layout;
-static struct tracker_state state;
-static struct labelling l;
 
 static void hide(uint32_t label, double sigma_m)
 {
@@ -29,20 +24,14 @@ static void hide(uint32_t label, double sigma_m)
 /* All hold their names for a second, but for the one in the middle. */
 static int make_cheek(void **test_state)
 {
-	(void)test_state;
-	memset(&layout, 0, sizeof(layout));
-	memset(&state, 0, sizeof(state));
-	memset(&l, 0, sizeof(l));
-	layout.actor_count = 1;
-	layout.actors[0].count = layout.marker_count = LABELS;
-	for (int i = 0; i < LABELS; i++) {
-		struct layout_marker *marker = &layout.markers[i];
+	struct layout_marker markers[LABELS];
 
-		strcpy(marker->group, "cheek");
-		marker->neutral_m =
-			(struct vec3){SPACING_M * (i % SIDE), SPACING_M * (i / SIDE), 0.1};
-	}
-	predict_init(&state, &layout);
+	(void)test_state;
+	for (int i = 0; i < LABELS; i++)
+		markers[i] = (struct layout_marker){
+			.group = "cheek",
+			.neutral_m = {SPACING_M * (i % SIDE), SPACING_M * (i / SIDE), 0.1}};
+	wear(markers, LABELS);
 	for (int i = 0; i < LABELS; i++) {
 		struct prediction p = {layout.markers[i].neutral_m, 0.0005, true};
 

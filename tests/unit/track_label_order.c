@@ -6,11 +6,10 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <string.h>
 
 #include <cmocka.h>
 
-#include "track/label/label.h"
+#include "one_face.h"
 
 enum { UPPER, LOWER, CHEEK, LABELS };
 
@@ -20,22 +19,13 @@ static const struct layout_marker MARKERS[LABELS] = {
 	{.name = "c", .group = "cheek", .neutral_m = {0.03, 0.01, 0.09}},
 };
 
-static struct layout layout;
-static struct tracker_state state;
-static struct labelling l;
 static struct point points[LABELS];
 
 /* A face seen a moment ago; up in the head is -x on the stage. */
 static int make_face(void **test_state)
 {
 	(void)test_state;
-	memset(&layout, 0, sizeof(layout));
-	memset(&state, 0, sizeof(state));
-	memset(&l, 0, sizeof(l));
-	layout.actor_count = 1;
-	layout.actors[0].count = layout.marker_count = LABELS;
-	memcpy(layout.markers, MARKERS, sizeof(MARKERS));
-	predict_init(&state, &layout);
+	wear(MARKERS, LABELS);
 	l.found[0] = true;
 	l.rt_stage_frame[0] =
 		(struct pose){.r = {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}, .t = {1, 2, 3}};
