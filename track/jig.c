@@ -43,14 +43,16 @@ static void collect(const struct tracker_state *state, const struct labelling *l
 /* The middle one of the distances under a pose, by counting: no sort. */
 static double median_error_m(const struct skin *skin, const struct pose *pose)
 {
-	double low = 0, high = 0.1;
+	double low = 0, high = 0.1, error_m[LABEL_MAX];
 
+	for (int i = 0; i < skin->count; i++)
+		error_m[i] = rigid_error(&skin->pairs[i], pose);
 	for (int step = 0; step < 12; step++) {
 		double middle = 0.5 * (low + high);
 		int below = 0;
 
 		for (int i = 0; i < skin->count; i++)
-			below += rigid_error(&skin->pairs[i], pose) < middle;
+			below += error_m[i] < middle;
 		if (2 * below < skin->count)
 			low = middle;
 		else

@@ -406,65 +406,78 @@ void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 	}
 }
 
-/* A mean square that rises at once and falls slowly: a face at rest for a while must not make what
- * follows look impossible. At first the prior soon gives way. */
-static void learn_mean(double *mean, double now, double dt_s, double learned_s)
-{
-	double time_s = now > *mean ? RISE_S : fmin(FALL_S, PRIOR_S + learned_s);
+/* Shares of what is new in what is learned. A mean square rises at once and falls slowly: a face at
+ * rest for a while must not make what follows look impossible. At first the prior soon gives way.
+ */
+struct pace {
+	double dt_s, rise, fall;
+	double kept; /* of a sum that fades */
+};
 
-	*mean += (now - *mean) * fmin(dt_s / time_s, 1);
+static struct pace pace_of(const struct label_state *label, double dt_s)
+{
+	return (struct pace){dt_s, fmin(dt_s / RISE_S, 1),
+			     fmin(dt_s / fmin(FALL_S, PRIOR_S + label->learned_s), 1),
+			     1 - fmin(dt_s / FALL_S, 1)};
+}
+
+static void learn_mean(double *mean, double now, struct pace pace)
+{
+	*mean += (now - *mean) * (now > *mean ? pace.rise : pace.fall);
 }
 
 /* Least squares through the origin, in which what was long ago fades. */
-static void learn_gain(struct neighbour *neighbour, struct vec3 own, struct vec3 its, double dt_s)
+static void learn_gain(struct neighbour *neighbour, struct vec3 own, struct vec3 its,
+		       struct pace pace)
 {
-	double kept = 1 - fmin(dt_s / FALL_S, 1);
-
-	neighbour->both_m2 = kept * neighbour->both_m2 + dt_s * vec3_dot(own, its);
-	neighbour->its_m2 = kept * neighbour->its_m2 + dt_s * vec3_dot(its, its);
-	neighbour->gain = fmin(
-		fmax((neighbour->both_m2 + GAIN_PRIOR_M2) / (neighbour->its_m2 + GAIN_PRIOR_M2), 0),
-		GAIN_MAX);
+	neighbour->both_m2 = pace.kept * neighbour->both_m2 + pace.dt_s * vec3_dot(own, its);
+	neighbour->its_m2 = pace.kept * neighbour->its_m2 + pace.dt_s * vec3_dot(its, its);
+	double gain = (neighbour->both_m2 + GAIN_PRIOR_M2) / (neighbour->its_m2 + GAIN_PRIOR_M2);
+	neighbour->gain = gain > 0 ? gain < GAIN_MAX ? gain : GAIN_MAX : 0;
 }
 
-static void learn_spread(struct tracker_state *state, struct label_state *label, struct vec3 own_m,
-			 double dt_s, const bool *seen, const struct vec3 *seen_m)
+static void learn_spread(struct label_state *label, struct vec3 own, struct pace pace,
+			 const bool *seen, const struct vec3 *moved_m)
 {
 	for (int k = 0; k < label->neighbour_count; k++) {
-		int other = label->neighbours[k].label;
+		struct neighbour *neighbour = &label->neighbours[k];
 
-		if (!seen[other])
+		if (!seen[neighbour->label])
 			continue;
-		struct vec3 own = vec3_sub(own_m, label->base_m);
-		struct vec3 its = vec3_sub(seen_m[other], state->labels[other].base_m);
-		struct vec3 apart = vec3_sub(own, vec3_scale(its, label->neighbours[k].gain));
-		double left_m2 = fmax(vec3_dot(apart, apart), SPREAD_MIN_M2);
-		learn_mean(&label->neighbours[k].leaves, left_m2 / (vec3_dot(its, its) + SMALL_M2),
-			   dt_s, label->learned_s);
-		learn_gain(&label->neighbours[k], own, its, dt_s);
+		struct vec3 its = moved_m[neighbour->label];
+		struct vec3 apart = vec3_sub(own, vec3_scale(its, neighbour->gain));
+		double left_m2 = vec3_dot(apart, apart);
+		left_m2 = left_m2 > SPREAD_MIN_M2 ? left_m2 : SPREAD_MIN_M2;
+		learn_mean(&neighbour->leaves, left_m2 / (vec3_dot(its, its) + SMALL_M2), pace);
+		learn_gain(neighbour, own, its, pace);
 	}
 }
 
-static void learn_rest(struct label_state *label, double dt_s, struct vec3 seen_m)
+static void learn_rest(struct label_state *label, struct pace pace, struct vec3 seen_m)
 {
 	struct vec3 off = vec3_sub(seen_m, label->rest_m);
-	double share = fmin(dt_s / fmin(FALL_S, PRIOR_S + label->learned_s), 1);
 
-	learn_mean(&label->rest_variance_m2, vec3_dot(off, off), dt_s, label->learned_s);
-	label->rest_m = vec3_add(label->rest_m, vec3_scale(off, share));
+	learn_mean(&label->rest_variance_m2, vec3_dot(off, off), pace);
+	label->rest_m = vec3_add(label->rest_m, vec3_scale(off, pace.fall));
 }
 
 void predict_learn(struct tracker_state *state, double dt_s, const bool *anchored, const bool *seen,
 		   const struct vec3 *seen_m)
 {
+	struct vec3 moved_m[LABEL_MAX];
+
+	for (uint32_t i = 0; i < state->label_count; i++)
+		if (seen[i])
+			moved_m[i] = vec3_sub(seen_m[i], state->labels[i].base_m);
 	for (uint32_t i = 0; i < state->label_count; i++) {
 		struct label_state *label = &state->labels[i];
 
 		if (!seen[i] || label->kind != LABEL_SKIN)
 			continue;
 		label->learned_s += dt_s;
-		learn_spread(state, label, seen_m[i], dt_s, seen, seen_m);
+		struct pace pace = pace_of(label, dt_s);
+		learn_spread(label, moved_m[i], pace, seen, moved_m);
 		if (anchored[label->actor] && state->faces[label->actor].slipping_s == 0)
-			learn_rest(label, dt_s, seen_m[i]);
+			learn_rest(label, pace, seen_m[i]);
 	}
 }

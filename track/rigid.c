@@ -125,8 +125,3 @@ int rigid_fit(const struct rigid_pair *pairs, int count, struct pose *rt_to_from
 	rt_to_from->t = vec3_sub(to_mean, pose_rotate(rt_to_from, from_mean));
 	return 0;
 }
-
-double rigid_error(const struct rigid_pair *pair, const struct pose *rt_to_from)
-{
-	return vec3_distance(pose_apply(rt_to_from, pair->from), pair->to);
-}

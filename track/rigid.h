@@ -15,4 +15,7 @@ struct rigid_pair {
 int rigid_fit(const struct rigid_pair *pairs, int count, struct pose *rt_to_from);
 
 /* Distance of one pair under a pose. */
-double rigid_error(const struct rigid_pair *pair, const struct pose *rt_to_from);
+static inline double rigid_error(const struct rigid_pair *pair, const struct pose *rt_to_from)
+{
+	return vec3_distance(pose_apply(rt_to_from, pair->from), pair->to);
+}

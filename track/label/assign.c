@@ -4,8 +4,6 @@
  */
 #include "track/label/assign.h"
 
-#include <string.h>
-
 static void reach(struct assign *a, int column, double distance, int row)
 {
 	if (a->reached_from[column] == ASSIGN_NONE)
@@ -93,19 +91,38 @@ static void augment(struct assign *a, int row)
 	}
 }
 
+/* The row's price is its cheapest edge; where no row before has that column, it is the row's. */
+static void take_cheapest(struct assign *a, int row)
+{
+	int cheapest = a->column_count + row;
+
+	a->row_price[row] = a->skip_cost;
+	for (int e = a->row_start[row]; e < a->row_start[row + 1]; e++)
+		if (a->edges[e].cost < a->row_price[row]) {
+			a->row_price[row] = a->edges[e].cost;
+			cheapest = a->edges[e].column;
+		}
+	a->column_of_row[row] = ASSIGN_NONE;
+	if (a->row_of_column[cheapest] != ASSIGN_NONE)
+		return;
+	a->column_of_row[row] = (int16_t)cheapest;
+	a->row_of_column[cheapest] = (int16_t)row;
+}
+
 void assign_solve(struct assign *a)
 {
 	int columns = a->column_count + a->row_count;
 
-	memset(a->row_price, 0, sizeof(a->row_price));
-	memset(a->column_price, 0, sizeof(a->column_price));
-	memset(a->done, 0, sizeof(a->done));
-	for (int c = 0; c < columns; c++)
+	for (int c = 0; c < columns; c++) {
 		a->row_of_column[c] = a->reached_from[c] = ASSIGN_NONE;
+		a->column_price[c] = 0;
+		a->done[c] = 0;
+	}
 	for (int r = 0; r < a->row_count; r++)
-		a->column_of_row[r] = ASSIGN_NONE;
+		take_cheapest(a, r);
 	for (int r = 0; r < a->row_count; r++)
-		augment(a, r);
+		if (a->column_of_row[r] == ASSIGN_NONE)
+			augment(a, r);
 	for (int r = 0; r < a->row_count; r++)
 		if (a->column_of_row[r] >= a->column_count)
 			a->column_of_row[r] = ASSIGN_NONE;

@@ -80,6 +80,19 @@ static void doubt_shared(struct labelling *l, const struct tracker_state *state,
 	}
 }
 
+static bool is_unexplained(const struct labelling *l, int point)
+{
+	return l->assign.row_of_column[point] == ASSIGN_NONE && !l->is_ghost[point];
+}
+
+static bool any_unexplained(const struct labelling *l)
+{
+	for (int k = 0; k < l->nearby.count; k++)
+		if (is_unexplained(l, l->nearby.point[k]))
+			return true;
+	return false;
+}
+
 static bool unexplained_near(const struct labelling *l, const struct tracker_state *state,
 			     uint32_t label, struct vec3 local_m, double reach_m)
 {
@@ -88,8 +101,8 @@ static bool unexplained_near(const struct labelling *l, const struct tracker_sta
 
 	for (int k = nearby_from(n, where_m.x - reach_m);
 	     k < n->count && n->p_stage_m[k].x <= where_m.x + reach_m; k++)
-		if (l->assign.row_of_column[n->point[k]] == ASSIGN_NONE &&
-		    !l->is_ghost[n->point[k]] && vec3_distance(n->p_stage_m[k], where_m) < reach_m)
+		if (is_unexplained(l, n->point[k]) &&
+		    vec3_distance(n->p_stage_m[k], where_m) < reach_m)
 			return true;
 	return false;
 }
@@ -149,6 +162,7 @@ bool label_is_laid_elsewhere(const struct labelling *l, const struct tracker_sta
 void label_abstain(struct labelling *l, const struct tracker_state *state)
 {
 	const struct assign *a = &l->assign;
+	bool may_be_astray = any_unexplained(l);
 
 	memset(l->doubtful, 0, sizeof(l->doubtful));
 	for (int r = 0; r < a->row_count; r++) {
@@ -156,8 +170,9 @@ void label_abstain(struct labelling *l, const struct tracker_state *state)
 		if (a->column_of_row[r] == ASSIGN_NONE)
 			continue;
 		l->margin[r] = (float)margin_of_moving(l, state, r);
-		l->doubtful[r] = l->margin[r] < MARGIN || is_astray(l, state, r) ||
-				 is_between(l, r) || label_is_laid_elsewhere(l, state, r);
+		l->doubtful[r] = l->margin[r] < MARGIN ||
+				 (may_be_astray && is_astray(l, state, r)) || is_between(l, r) ||
+				 label_is_laid_elsewhere(l, state, r);
 	}
 	for (int r = 0; r < a->row_count; r++) {
 		if (a->column_of_row[r] != ASSIGN_NONE)
