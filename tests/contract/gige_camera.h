@@ -11,6 +11,12 @@ struct camera *gige_camera_open(const struct gige_child *child, uint32_t index);
 struct camera_mode gige_camera_start(struct camera *camera, bool triggered);
 void gige_camera_stop(struct camera *camera); /* and closes it */
 
+/* As acquire(), but passes over frames that came damaged while a thread of this program or of
+ * `child` waited for a processor: that is the busy machine's damage, for a socket holds a frame's
+ * packets for a millisecond or two. All other damage is returned. */
+int gige_camera_acquire(struct camera *camera, const struct gige_child *child, int64_t timeout_ns,
+			struct frame *frame);
+
 /* One of the driver's own counts; -1 when there is none of this name. */
 int64_t gige_camera_count(const struct camera *camera, const char *name);
 
