@@ -35,6 +35,19 @@ struct pose head_predict(const struct frame_state *frame, int64_t now_ns)
 	return turned;
 }
 
+/* A head that was found in the last shot has markers that were seen once: where they go is not
+ * known yet, but too few others would hold it. */
+static bool all_may_hold(const struct tracker_state *state, int frame,
+			 const struct predictions *predictions)
+{
+	const struct frame_state *f = &state->frames[frame];
+	int recent = 0;
+
+	for (int i = f->label_first; i < f->label_end; i++)
+		recent += state->labels[i].frame == frame && predictions->labels[i].recent;
+	return predictions->fresh[frame] || recent < AGREE_MIN;
+}
+
 /* Nearest point to each predicted marker, each point taken only by the marker nearest to it. */
 static void pair_up(const struct tracker_state *state, int frame,
 		    const struct predictions *predictions, const struct nearby *nearby,
@@ -43,6 +56,7 @@ static void pair_up(const struct tracker_state *state, int frame,
 	const struct frame_state *f = &state->frames[frame];
 	double taken_m2[POINT_MAX];
 	int16_t taken_by[POINT_MAX];
+	bool all = all_may_hold(state, frame, predictions);
 
 	for (int k = 0; k < nearby->count; k++)
 		taken_by[k] = LABEL_NONE;
@@ -51,7 +65,7 @@ static void pair_up(const struct tracker_state *state, int frame,
 		double distance2_m2;
 
 		entry_of_label[i] = -1;
-		if (state->labels[i].frame != frame || (!predictions->fresh[frame] && !p->recent))
+		if (state->labels[i].frame != frame || (!all && !p->recent))
 			continue;
 		int best = nearby_nearest(nearby, pose_apply(pose, p->local_m),
 					  NEAR_M[state->labels[i].kind], &distance2_m2);

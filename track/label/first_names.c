@@ -11,6 +11,9 @@
 #define EXPECTED_SHARE 0.8 /* of those about a marker: what they see it should be seen by, too */
 #define HIDDEN_MAX 1       /* neighbours without a point in a whole reading */
 #define OPEN_MAX 2         /* neighbours without a name about an enclosed label */
+#define REST_SHARE 0.15    /* of the distance to the next marker */
+#define REST_MARKERS 0.9   /* of a face's, so near to their places: it is neutral */
+#define REST_MIN 12
 
 /* Cameras that see most of the markers about this one. */
 static int cameras_about(const struct labelling *l, const struct point *points,
@@ -39,12 +42,30 @@ static int cameras_about(const struct labelling *l, const struct point *points,
 	return cameras;
 }
 
+static bool face_rests(const struct tracker_state *state, const struct labelling *l, int actor)
+{
+	const struct frame_state *f = &state->frames[actor];
+	int seen = 0, rests = 0;
+
+	for (int i = f->label_first; i < f->label_end; i++) {
+		const struct label_state *label = &state->labels[i];
+
+		if (label->frame != actor || label->kind != LABEL_SKIN || !l->seen[i])
+			continue;
+		seen++;
+		rests += vec3_distance(label->base_m, l->seen_m[i]) < REST_SHARE * label->spacing_m;
+	}
+	return seen >= REST_MIN && rests >= REST_MARKERS * seen;
+}
+
 void first_names_look(const struct tracker_state *state, const struct labelling *l,
 		      const struct point *points, struct leftovers *out)
 {
 	const struct nearby *n = &l->nearby;
 
 	out->label_count = out->point_count = 0;
+	for (uint32_t a = 0; a < state->actor_count; a++)
+		out->rests[a] = l->found[a] && face_rests(state, l, (int)a);
 	for (uint32_t i = 0; i < state->label_count; i++) {
 		const struct label_state *label = &state->labels[i];
 

@@ -25,6 +25,8 @@ struct leftovers {
 	bool is_lonely[LABEL_MAX];        /* the same labels */
 	int16_t labels[LABEL_MAX];        /* that should be seen and have no point */
 	struct vec3 p_stage_m[POINT_MAX]; /* points of no label, known ghosts left out */
+	bool rests[ACTOR_MAX]; /* nearly all skin of this face lies as in the neutral one: no part
+				  of it is read aside, whatever is left over */
 };
 
 /* Once per shot, after the points are labelled. */

@@ -63,7 +63,8 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 	    (label_is_told(l, state, i) || (label->confirmed && label_is_anchored(l, state, i))))
 		return true;
 	enum reading reading = first_names_read(state, l, leftovers, i);
-	bool rests = reading <= READING_EVEN && is_at_rest(l, label, i);
+	bool rests = (reading <= READING_EVEN || leftovers->rests[label->actor]) &&
+		     is_at_rest(l, label, i);
 	bool clear = point->fix.used_count >= 3 && !wear_is_gone(label) &&
 		     label_is_clear(l, state, i) && (rests || label_is_alone(l, state, i));
 
