@@ -6,10 +6,10 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <string.h>
 
 #include <cmocka.h>
 
+#include "one_face.h"
 #include "track/label/remember.h"
 
 #define SIDE 3
@@ -21,9 +21,6 @@ static const struct pose UNTURNED = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0
 
 enum { BACK = 4, LABELS = SIDE * SIDE };
 
-static struct layout layout;
-static struct tracker_state state;
-static struct labelling l;
 static struct point point;
 
 static void init_label(int i)
@@ -40,16 +37,13 @@ static void init_label(int i)
 /* One point, three quarters of a spacing from where the marker's own motion has it. */
 static int make_cheek(void **test_state)
 {
+	struct layout_marker markers[LABELS];
+
 	(void)test_state;
-	memset(&layout, 0, sizeof(layout));
-	memset(&state, 0, sizeof(state));
-	memset(&l, 0, sizeof(l));
-	layout.actor_count = 1;
-	layout.actors[0].count = layout.marker_count = LABELS;
 	for (int i = 0; i < LABELS; i++)
-		layout.markers[i].neutral_m =
-			(struct vec3){SPACING_M * (i % SIDE), SPACING_M * (i / SIDE), 0.1};
-	predict_init(&state, &layout);
+		markers[i] = (struct layout_marker){
+			.neutral_m = {SPACING_M * (i % SIDE), SPACING_M * (i / SIDE), 0.1}};
+	wear(markers, LABELS);
 	for (int i = 0; i < LABELS; i++)
 		init_label(i);
 	state.mid_exposure_ns = NOW_NS - PERIOD_NS;
