@@ -108,7 +108,7 @@ build() {
 run_tests() {
 	say 'testing ...'
 	rm -f "$root"/stage/build/meson-logs/testlog.*
-	patience=20 # an emulated processor is that much slower
+	patience=60 # an emulated processor is that much slower, on a busy machine
 	[ "$architecture" != native ] || patience=4
 	inside meson test -C /stage/build --no-rebuild --print-errorlogs --timeout-multiplier "$patience" \
 		$(printf '%s' "$suites" | sed 's/^\|,/ --suite /g') >&2
