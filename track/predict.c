@@ -172,6 +172,9 @@ static void init_label(struct tracker_state *state, const struct layout *layout,
 	label->frame = frame_of(state, layout, i);
 	label->master_m = label->base_m = label->rest_m = marker->neutral_m;
 	label->rest_variance_m2 = REST_PRIOR_M2;
+	label->diameter_m = marker->diameter_m;
+	state->diameter_min_m = fmin(i ? state->diameter_min_m : INFINITY, label->diameter_m);
+	state->diameter_max_m = fmax(state->diameter_max_m, label->diameter_m);
 	struct frame_state *frame = &state->frames[label->frame];
 	if (frame->label_count++ == 0)
 		frame->label_first = (uint16_t)i;

@@ -18,6 +18,7 @@
 #include "track/label/remember.h"
 #include "track/label/segment.h"
 #include "track/match/match.h"
+#include "track/match/point_size.h"
 #include "track/predict.h"
 
 #define FRAME_KEPT_S 0.25 /* what is not measured for longer is looked for anew */
@@ -256,6 +257,20 @@ static void note_merged(const struct matcher *m, bool merged[POINT_MAX])
 	}
 }
 
+/* Who is larger or smaller than all that is worn gets no name and casts no doubt. */
+static void measure_points(const struct tracker_state *state, const struct matcher *m,
+			   struct labelling *l)
+{
+	bool is_no_marker[POINT_MAX];
+
+	for (uint32_t p = 0; p < m->point_count; p++) {
+		l->sizes[p] = point_size(m, &state->blur, &m->points[p]);
+		is_no_marker[p] = point_size_is_larger(&l->sizes[p], state->diameter_max_m) ||
+				  point_size_is_smaller(&l->sizes[p], state->diameter_min_m);
+	}
+	nearby_build(&l->nearby, m->points, m->point_count, is_no_marker);
+}
+
 /* Names, poses and memory, given where the frames are. */
 static void name_shot(struct tracker_state *state, struct tracker_scratch *scratch, int64_t now_ns,
 		      double dt_s, struct head fits[FRAME_MAX])
@@ -311,7 +326,7 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 	match_part_merged(m, state->labels);
 	match_seeds(m);
 	match_leftovers(m);
-	nearby_build(&l->nearby, m->points, m->point_count, NULL);
+	measure_points(state, m, l);
 	crowd_find(&scratch->crowd, state, l, m->points, m->point_count, now_ns);
 	name_shot(state, scratch, now_ns, dt_s, fits);
 	for (uint32_t f = 0; f < state->frame_count; f++)
@@ -320,6 +335,7 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 		out->heads[a] = fits[a];
 	emit_markers(state, l, m->points, m->point_count, shown, out);
 	excess_learn(state, m);
+	point_size_learn(state, m);
 	state->period_ns = state->mid_exposure_ns ? now_ns - state->mid_exposure_ns : 0;
 	state->mid_exposure_ns = now_ns;
 }

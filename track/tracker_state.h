@@ -49,6 +49,7 @@ struct label_state {
 	int32_t neighbour_count;
 	struct neighbour neighbours[NEIGHBOUR_MAX];
 	double spacing_m; /* to the nearest other marker */
+	double diameter_m;
 
 	int16_t below;            /* of an upper lip or lid: the one across on the lower, or -1 */
 	int16_t watch[WATCH_MAX]; /* the nearest others of its frame, or -1 */
@@ -150,12 +151,21 @@ struct view_excess {
 	double camera_px2[CAMERA_MAX]; /* of cameras that are off by themselves, on top */
 };
 
+/* What lens and focus add to the spread of a spot. */
+struct view_blur {
+	double px2[CAMERA_MAX];
+	uint16_t sights[CAMERA_MAX]; /* that told so, as far as they are counted */
+	uint32_t turn;
+};
+
 struct tracker_state {
 	int64_t mid_exposure_ns; /* of the last shot; 0 before the first */
 	int64_t period_ns;       /* last gap between shots */
 	struct view_excess excess;
 	uint32_t excess_turn;
+	struct view_blur blur;
 	uint32_t label_count;
+	double diameter_min_m, diameter_max_m; /* of all that is worn */
 	uint32_t actor_count;
 	uint32_t frame_count; /* the actors' heads come first */
 	uint32_t segment_turn;

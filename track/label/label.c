@@ -46,7 +46,7 @@ static int add_edge(struct assign_edge *edges, int count, struct assign_edge edg
 
 /* The points within reach of where a label is expected. */
 static int find_edges(const struct labelling *l, struct vec3 expected_m, double sigma_m,
-		      struct assign_edge *edges)
+		      double diameter_m, struct assign_edge *edges)
 {
 	const struct nearby *nearby = &l->nearby;
 	double gate_m = fmin(fmax(GATE_SIGMA * sigma_m, GATE_MIN_M), GATE_MAX_M);
@@ -56,7 +56,8 @@ static int find_edges(const struct labelling *l, struct vec3 expected_m, double 
 	     k < nearby->count && nearby->p_stage_m[k].x <= expected_m.x + gate_m; k++) {
 		double distance_m = vec3_distance(nearby->p_stage_m[k], expected_m);
 
-		if (distance_m >= gate_m)
+		if (distance_m >= gate_m ||
+		    !point_size_fits(&l->sizes[nearby->point[k]], diameter_m))
 			continue;
 		double ghost_cost = l->is_ghost[nearby->point[k]] ? GHOST_COST : 0;
 		count = add_edge(edges, count,
@@ -83,8 +84,9 @@ static void fill_edges(struct labelling *l, const struct tracker_state *state,
 			continue;
 		l->expected_m[i] = pose_apply(&l->rt_stage_frame[frame], p->local_m);
 		if (!first_pass || p->recent || predictions->fresh[frame])
-			a->row_start[i + 1] += find_edges(l, l->expected_m[i], p->sigma_m,
-							  &a->edges[a->row_start[i]]);
+			a->row_start[i + 1] +=
+				find_edges(l, l->expected_m[i], p->sigma_m,
+					   state->labels[i].diameter_m, &a->edges[a->row_start[i]]);
 	}
 }
 

@@ -12,6 +12,7 @@
 #include "track/label/expression_search.h"
 #include "track/match/match.h"
 #include "track/match/nearby.h"
+#include "track/match/point_size.h"
 #include "track/predict.h"
 #include "track/tracker_state.h"
 
@@ -22,7 +23,8 @@ struct labelling {
 	bool found[FRAME_MAX];
 	struct pose rt_stage_frame[FRAME_MAX], rt_frame_stage[FRAME_MAX];
 
-	bool is_ghost[POINT_MAX]; /* filled before: a light is known to stand there */
+	struct point_size sizes[POINT_MAX]; /* filled before: of the points' lights */
+	bool is_ghost[POINT_MAX];           /* filled before: a light is known to stand there */
 	bool merged[POINT_MAX]; /* filled before: most views of the point show two markers as one */
 
 	struct assign assign;                     /* rows are labels, columns points */

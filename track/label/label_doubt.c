@@ -102,6 +102,7 @@ static bool unexplained_near(const struct labelling *l, const struct tracker_sta
 	for (int k = nearby_from(n, where_m.x - reach_m);
 	     k < n->count && n->p_stage_m[k].x <= where_m.x + reach_m; k++)
 		if (is_unexplained(l, n->point[k]) &&
+		    point_size_fits(&l->sizes[n->point[k]], state->labels[label].diameter_m) &&
 		    vec3_distance(n->p_stage_m[k], where_m) < reach_m)
 			return true;
 	return false;

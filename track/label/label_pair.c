@@ -18,7 +18,8 @@ static bool is_left_over(const struct labelling *l, const struct tracker_state *
 }
 
 /* The nearest point of no label within reach, or -1. */
-static int nearest_left_over(const struct labelling *l, struct vec3 expected_m, double *reach_m)
+static int nearest_left_over(const struct labelling *l, struct vec3 expected_m, double diameter_m,
+			     double *reach_m)
 {
 	const struct nearby *n = &l->nearby;
 	int nearest = -1;
@@ -28,7 +29,8 @@ static int nearest_left_over(const struct labelling *l, struct vec3 expected_m, 
 		double distance_m = vec3_distance(n->p_stage_m[k], expected_m);
 
 		if (distance_m >= *reach_m || l->is_ghost[n->point[k]] ||
-		    l->assign.row_of_column[n->point[k]] != ASSIGN_NONE)
+		    l->assign.row_of_column[n->point[k]] != ASSIGN_NONE ||
+		    !point_size_fits(&l->sizes[n->point[k]], diameter_m))
 			continue;
 		*reach_m = distance_m;
 		nearest = k;
@@ -56,7 +58,8 @@ void label_pair_left_over(struct labelling *l, const struct tracker_state *state
 		if (!is_left_over(l, state, row))
 			continue;
 		double reach_m = fmin(PAIR_SHARE * state->labels[row].spacing_m, PAIR_MAX_M);
-		int k = nearest_left_over(l, l->expected_m[row], &reach_m);
+		int k = nearest_left_over(l, l->expected_m[row], state->labels[row].diameter_m,
+					  &reach_m);
 
 		if (k < 0 || !is_meant_by_one(l, state, row, l->nearby.p_stage_m[k], reach_m))
 			continue;

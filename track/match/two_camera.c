@@ -68,7 +68,9 @@ void remember_two_camera(struct labelling *l, const struct tracker_state *state,
 			continue;
 		const struct point *found = &matcher->points[point];
 		struct vec3 local_m = pose_apply(&l->rt_frame_stage[frame], found->fix.p_stage_m);
-		if (is_merged(matcher, found) || !fits(l, state, i, found, local_m))
+		struct point_size size = point_size(matcher, &state->blur, found);
+		if (is_merged(matcher, found) || !fits(l, state, i, found, local_m) ||
+		    !point_size_fits(&size, state->labels[i].diameter_m))
 			continue;
 		l->point_of_label[i] = (int16_t)point;
 		l->seen[i] = true;
