@@ -1,4 +1,5 @@
-"""The Python client reads what the C server wrote. Run by meson, which sets SERVE_SAMPLE."""
+"""The Python client reads what the C server wrote. Run by meson, which sets SERVE_SAMPLE, and EMULATOR
+where that is built for another processor."""
 import os
 import socket
 import struct
@@ -12,7 +13,8 @@ import stageclient
 @pytest.fixture
 def stream(tmp_path):
     path = str(tmp_path / "stream.sock")
-    with subprocess.Popen([os.environ["SERVE_SAMPLE"], path], stdout=subprocess.PIPE) as station:
+    command = [*os.environ["EMULATOR"].split(), os.environ["SERVE_SAMPLE"], path]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as station:
         assert station.stdout.readline() == b"ready\n"
         with stageclient.connect(path, timeout_s=10) as client:
             yield client
