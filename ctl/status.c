@@ -186,8 +186,11 @@ static void print_queue(const char *name, const json_t *queue)
 
 static void print_percentiles(const json_t *of)
 {
-	printf(" %8.2f %8.2f %8.2f %8.2f", number_of(of, "p50_ms"), number_of(of, "p90_ms"),
-	       number_of(of, "p99_ms"), number_of(of, "max_ms"));
+	if (!count_of(of, "count"))
+		printf(" %8s %8s %8s %8s", "-", "-", "-", "-");
+	else
+		printf(" %8.2f %8.2f %8.2f %8.2f", number_of(of, "p50_ms"), number_of(of, "p90_ms"),
+		       number_of(of, "p99_ms"), number_of(of, "max_ms"));
 }
 
 static void print_latencies(const json_t *latencies)

@@ -216,7 +216,14 @@ static int show(const struct asked *asked, struct diag *diag)
 		asked->number ? (uint32_t)asked->number : rig_store_in_force(asked->rig_dir);
 	struct revision revision;
 
-	if (!number || asked->number > RIG_REVISION_MAX) {
+	if (!number) {
+		diag_add(diag,
+			 "%s: no revision is in force, as it was not made here; stagectl calibrate "
+			 "cameras makes one",
+			 asked->rig_dir);
+		return -EINVAL;
+	}
+	if (number > RIG_REVISION_MAX) {
 		diag_add(diag, "%s: no such revision; stagectl calibrate list tells them",
 			 asked->rig_dir);
 		return -EINVAL;

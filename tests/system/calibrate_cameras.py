@@ -186,7 +186,9 @@ def test_spoilt_rig_yaml_is_told_by_its_place(calibrated, tmp_path):
         assert re.search(r"rig\.yaml:\d+:9: rms_px: ", done.stderr), done.stderr
 
 
-def test_a_rig_or_revision_that_is_not_there_is_told(calibrated, tmp_path):
+def test_a_rig_or_revision_that_is_not_there_is_told(calibrated, recording, tmp_path):
+    done = ctl("calibrate", "show", recording / "stage.yaml")
+    assert done.returncode == 3 and "calibrate cameras makes one" in done.stderr
     shutil.copytree(calibrated[1].parent / "rig.d", tmp_path / "rig.d")
     (tmp_path / "rig").symlink_to("rig.d/0001")
     for verb in ("show", "rollback"):

@@ -418,7 +418,9 @@ def test_memory_stays_flat(start, own_config):
 
 def test_what_cannot_be_done_now_is_told_with_its_remedy(start, own_config):
     station = idle(start, own_config)
-    assert "SCHED_FIFO" not in station.ctl("status").stdout  # not asked for yet
+    told = station.ctl("status").stdout
+    assert "SCHED_FIFO" not in told  # not asked for yet
+    assert re.search(r"^arrival_to_sent( +-){8}$", told, re.M)  # no shot, no latency
     assert "nothing runs" in station.ctl("stop").stderr
     station.ctl("start")
     assert "SCHED_FIFO" in station.ctl("status").stdout
