@@ -51,9 +51,11 @@ static void take_points(struct crowd *crowd, const struct tracker_state *state,
 	set_taken(crowd, state, l, frame, true);
 }
 
-static void follow_heads(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
-			 int64_t now_ns)
+/* Returns how many of the heads are found. */
+static uint32_t follow_heads(struct tracker_state *state, struct labelling *l, int64_t now_ns)
 {
+	uint32_t found = 0;
+
 	for (uint32_t a = 0; a < state->actor_count; a++) {
 		const struct frame_state *f = &state->frames[a];
 		double gap_s = (double)(now_ns - f->seen_ns) * 1e-9;
@@ -61,9 +63,9 @@ static void follow_heads(struct crowd *crowd, struct tracker_state *state, struc
 		l->found[a] =
 			f->tracked && gap_s <= HEAD_GAP_S &&
 			head_refine(state, (int)a, &l->motion, &l->nearby, &l->rt_stage_frame[a]);
-		if (l->found[a])
-			take_points(crowd, state, l, (int)a);
+		found += l->found[a];
 	}
+	return found;
 }
 
 static void follow_segments(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
@@ -206,8 +208,12 @@ static void search_lost(struct crowd *crowd, struct tracker_state *state, struct
 void crowd_find(struct crowd *crowd, struct tracker_state *state, struct labelling *l,
 		const struct point *points, uint32_t point_count, int64_t now_ns)
 {
+	if (follow_heads(state, l, now_ns) == state->frame_count)
+		return; /* nobody is left to ask what is taken */
 	memset(crowd->taken, 0, sizeof(crowd->taken));
-	follow_heads(crowd, state, l, now_ns);
+	for (uint32_t a = 0; a < state->actor_count; a++)
+		if (l->found[a])
+			take_points(crowd, state, l, (int)a);
 	follow_segments(crowd, state, l, now_ns);
 	search_lost(crowd, state, l, points, point_count);
 	search_segments(crowd, state, l);

@@ -1,7 +1,9 @@
 /*
- * Shell sort along x; strips say between which entries to search.
+ * Sorted along x by strips across it, which also say between which entries to search.
  */
 #include "track/match/nearby.h"
+
+#include <string.h>
 
 #define TORN_CHI2 25.0 /* five sigmas: such views are not of one marker */
 
@@ -9,23 +11,6 @@
 static bool is_torn(const struct fix *fix)
 {
 	return fix->used_count == 3 && fix->chi2_per_dof > TORN_CHI2;
-}
-
-static void sort_by_x(struct nearby *n)
-{
-	for (int gap = n->count / 2; gap > 0; gap /= 2)
-		for (int i = gap; i < n->count; i++) {
-			struct vec3 place_m = n->p_stage_m[i];
-			int16_t point = n->point[i];
-			int k = i;
-
-			for (; k >= gap && place_m.x < n->p_stage_m[k - gap].x; k -= gap) {
-				n->p_stage_m[k] = n->p_stage_m[k - gap];
-				n->point[k] = n->point[k - gap];
-			}
-			n->p_stage_m[k] = place_m;
-			n->point[k] = point;
-		}
 }
 
 /* Of two places the one farther along x is in no earlier strip. */
@@ -37,33 +22,73 @@ static int strip_of(const struct nearby *n, double x_m)
 			  : 0;
 }
 
-static void index_strips(struct nearby *n)
+/* Shell sort of the entries of a strip: few, unless all points stand in one plane across x. */
+static void sort_strip(struct nearby *n, int first, int end)
 {
-	int strip = 0;
+	for (int gap = (end - first) / 2; gap > 0; gap /= 2)
+		for (int i = first + gap; i < end; i++) {
+			struct vec3 place_m = n->p_stage_m[i];
+			int16_t point = n->point[i];
+			int k = i;
 
-	n->x_first_m = n->count ? n->p_stage_m[0].x : 0;
-	double width_m = n->count ? n->p_stage_m[n->count - 1].x - n->x_first_m : 0;
-	n->strips_per_m = width_m > 0 ? NEARBY_STRIP_COUNT / width_m : 0;
+			for (; k >= first + gap && place_m.x < n->p_stage_m[k - gap].x; k -= gap) {
+				n->p_stage_m[k] = n->p_stage_m[k - gap];
+				n->point[k] = n->point[k - gap];
+			}
+			n->p_stage_m[k] = place_m;
+			n->point[k] = point;
+		}
+}
+
+static void measure_strips(struct nearby *n, const struct point *points, const int16_t *chosen)
+{
+	double first_m = n->count ? INFINITY : 0, last_m = n->count ? -INFINITY : 0;
+
+	for (int k = 0; k < n->count; k++) {
+		double x_m = points[chosen[k]].fix.p_stage_m.x;
+
+		first_m = x_m < first_m ? x_m : first_m;
+		last_m = x_m > last_m ? x_m : last_m;
+	}
+	n->x_first_m = first_m;
+	n->strips_per_m = last_m > first_m ? NEARBY_STRIP_COUNT / (last_m - first_m) : 0;
+}
+
+/* A counting sort into the strips, then each strip by itself. */
+static void fill_strips(struct nearby *n, const struct point *points, const int16_t *chosen)
+{
+	uint16_t *from = n->strip_from, next[NEARBY_STRIP_COUNT];
+
+	memset(from, 0, sizeof(n->strip_from));
 	for (int k = 0; k < n->count; k++)
-		for (int its = strip_of(n, n->p_stage_m[k].x); strip <= its; strip++)
-			n->strip_from[strip] = (uint16_t)k;
-	for (; strip <= NEARBY_STRIP_COUNT; strip++)
-		n->strip_from[strip] = (uint16_t)n->count;
+		from[strip_of(n, points[chosen[k]].fix.p_stage_m.x) + 1]++;
+	for (int strip = 0; strip < NEARBY_STRIP_COUNT; strip++) {
+		next[strip] = from[strip];
+		from[strip + 1] += from[strip];
+	}
+	for (int k = 0; k < n->count; k++) {
+		struct vec3 place_m = points[chosen[k]].fix.p_stage_m;
+		int place = next[strip_of(n, place_m.x)]++;
+
+		n->p_stage_m[place] = place_m;
+		n->point[place] = chosen[k];
+	}
+	for (int strip = 0; strip < NEARBY_STRIP_COUNT; strip++)
+		sort_strip(n, from[strip], from[strip + 1]);
 }
 
 void nearby_build(struct nearby *n, const struct point *points, uint32_t point_count,
 		  const bool *skip)
 {
+	int16_t chosen[POINT_MAX];
+
 	n->count = 0;
-	for (uint32_t p = 0; p < point_count; p++) {
-		if (__builtin_popcount(points[p].claimed_mask) < 3 || is_torn(&points[p].fix) ||
-		    (skip && skip[p]))
-			continue;
-		n->p_stage_m[n->count] = points[p].fix.p_stage_m;
-		n->point[n->count++] = (int16_t)p;
-	}
-	sort_by_x(n);
-	index_strips(n);
+	for (uint32_t p = 0; p < point_count; p++)
+		if (__builtin_popcount(points[p].claimed_mask) >= 3 && !is_torn(&points[p].fix) &&
+		    !(skip && skip[p]))
+			chosen[n->count++] = (int16_t)p;
+	measure_strips(n, points, chosen);
+	fill_strips(n, points, chosen);
 }
 
 int nearby_from(const struct nearby *n, double x_m)
