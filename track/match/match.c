@@ -232,24 +232,31 @@ bool project_near(const struct matcher *m, uint32_t c, struct vec3 p, int index,
 	return view_project(view, p, pixel, NULL);
 }
 
+/* How far each seed may be off in the image. */
+static void reach_of_seeds(const struct matcher *m, const struct sight_index *camera,
+			   double reach_px[SEED_MAX])
+{
+	for (int i = 0; i < m->seed_count; i++)
+		reach_px[i] = m->seeds[i].radius_m * camera->pixels_per_radian /
+			      vec3_distance(m->seed_stage_m[i], camera->view->centre_stage_m);
+}
+
 /* One camera's nearest blob to each seed, within the seed's radius or the gate, whichever is
  * larger. */
 static void choose_for_seeds(struct matcher *m, uint32_t c)
 {
 	const struct sight_index *camera = &m->cameras[c];
-	double gate_px = m->settings->match_gate_px;
+	double gate_px = m->settings->match_gate_px, reach_px[SEED_MAX];
 
+	if (camera->view)
+		reach_of_seeds(m, camera, reach_px);
 	for (int i = 0; i < m->seed_count; i++) {
-		const struct seed *seed = &m->seeds[i];
-
 		m->seed_blob[c][i] = BLOB_NONE;
 		if (!camera->view || !m->in_sight[c][i])
 			continue;
-		double reach_px = seed->radius_m * camera->pixels_per_radian /
-				  vec3_distance(seed->p_stage_m, camera->view->centre_stage_m);
 		m->seed_blob[c][i] = (int16_t)sight_index_nearest_alone(
-			camera, m->seen[c][i].pixel, fmax(reach_px, gate_px), reach_px + gate_px,
-			&m->seed_alone[i]);
+			camera, m->seen[c][i].pixel, reach_px[i] > gate_px ? reach_px[i] : gate_px,
+			reach_px[i] + gate_px, &m->seed_alone[i]);
 	}
 }
 

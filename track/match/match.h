@@ -32,8 +32,7 @@ struct seed {
 	int16_t label; /* whose place it is, or LABEL_NONE */
 };
 
-#define CELLS_ACROSS_MAX 32 /* of an image, along each axis */
-#define CELL_COUNT_MAX (CELLS_ACROSS_MAX * CELLS_ACROSS_MAX)
+#define SIGHT_STRIP_COUNT 256 /* of an image, across x */
 
 /* A blob as the search by place needs it. */
 struct placed_blob {
@@ -47,11 +46,10 @@ struct sight_index {
 	const struct blob *blobs;
 	int blob_count;
 	double pixels_per_radian; /* at the middle of the image */
-	double cells_per_px;
-	int column_count, row_count;
-	uint16_t cell_start[CELL_COUNT_MAX + 1]; /* into `placed` */
-	struct placed_blob placed[BLOB_MAX];     /* cell by cell */
-	int16_t owner[BLOB_MAX];                 /* point that claimed the blob, or -1 */
+	double strips_per_px;
+	uint16_t strip_from[SIGHT_STRIP_COUNT + 1]; /* into `placed` */
+	struct placed_blob placed[BLOB_MAX];        /* strip by strip */
+	int16_t owner[BLOB_MAX];                    /* point that claimed the blob, or -1 */
 
 	/* the blobs that the seeds left over, and their rays */
 	int free_count;

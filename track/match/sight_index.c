@@ -1,21 +1,16 @@
 /*
- * A counting sort of the blobs into square cells.
+ * A counting sort of the blobs into strips across x: what is looked for is a few pixels wide, so
+ * few others are in its strips.
  */
 #include "track/match/sight_index.h"
 
 #include <string.h>
 
-static int clamp(int value, int low, int high)
+static int strip_of(const struct sight_index *index, double x_px)
 {
-	return value < low ? low : value > high ? high : value;
-}
+	int strip = (int)(x_px * index->strips_per_px);
 
-static int cell_of(const struct sight_index *index, double x_px, double y_px)
-{
-	int column = clamp((int)(x_px * index->cells_per_px), 0, index->column_count - 1);
-	int row = clamp((int)(y_px * index->cells_per_px), 0, index->row_count - 1);
-
-	return row * index->column_count + column;
+	return strip < 0 ? 0 : strip < SIGHT_STRIP_COUNT ? strip : SIGHT_STRIP_COUNT - 1;
 }
 
 static double pixels_per_radian(const struct view *view)
@@ -26,21 +21,21 @@ static double pixels_per_radian(const struct view *view)
 	return 1.0 / vec3_distance(view_ray(view, middle), view_ray(view, beside));
 }
 
-static void sort_into_cells(struct sight_index *index)
+static void sort_into_strips(struct sight_index *index)
 {
-	int cell_count = index->column_count * index->row_count;
+	uint16_t *from = index->strip_from, next[SIGHT_STRIP_COUNT];
 
-	memset(index->cell_start, 0, ((size_t)cell_count + 1) * sizeof(index->cell_start[0]));
+	memset(from, 0, sizeof(index->strip_from));
 	for (int i = 0; i < index->blob_count; i++)
-		index->cell_start[cell_of(index, index->blobs[i].x_px, index->blobs[i].y_px) + 1]++;
-	for (int c = 0; c < cell_count; c++)
-		index->cell_start[c + 1] += index->cell_start[c];
-	uint16_t fill[CELL_COUNT_MAX];
-	memcpy(fill, index->cell_start, (size_t)cell_count * sizeof(fill[0]));
+		from[strip_of(index, index->blobs[i].x_px) + 1]++;
+	for (int strip = 0; strip < SIGHT_STRIP_COUNT; strip++) {
+		next[strip] = from[strip];
+		from[strip + 1] += from[strip];
+	}
 	for (int i = 0; i < index->blob_count; i++) {
 		const struct blob *blob = &index->blobs[i];
 
-		index->placed[fill[cell_of(index, blob->x_px, blob->y_px)]++] =
+		index->placed[next[strip_of(index, blob->x_px)]++] =
 			(struct placed_blob){blob->x_px, blob->y_px, i};
 	}
 }
@@ -48,18 +43,12 @@ static void sort_into_cells(struct sight_index *index)
 void sight_index_build(struct sight_index *index, const struct view *view, const struct blob *blobs,
 		       int blob_count)
 {
-	int longest = view->width_px > view->height_px ? view->width_px : view->height_px;
-
 	index->view = view;
 	index->blobs = blobs;
 	index->blob_count = blob_count;
 	index->pixels_per_radian = pixels_per_radian(view);
-	int cell_px = longest / CELLS_ACROSS_MAX + 1;
-
-	index->cells_per_px = 1.0 / cell_px;
-	index->column_count = clamp(view->width_px / cell_px + 1, 1, CELLS_ACROSS_MAX);
-	index->row_count = clamp(view->height_px / cell_px + 1, 1, CELLS_ACROSS_MAX);
-	sort_into_cells(index);
+	index->strips_per_px = (double)SIGHT_STRIP_COUNT / view->width_px;
+	sort_into_strips(index);
 	for (int i = 0; i < index->blob_count; i++)
 		index->owner[i] = -1;
 }
@@ -98,23 +87,22 @@ void sight_index_trim_free(struct sight_index *index)
 	index->free_count = kept;
 }
 
-struct cell_range {
-	int column_first, column_last, row_first, row_last;
+/* Those in the strips about a pixel. */
+struct placed_range {
+	const struct placed_blob *first, *end;
 };
 
-static struct cell_range cells_around(const struct sight_index *index, const double pixel[2],
-				      double radius_px)
+static inline struct placed_range placed_around(const struct sight_index *index,
+						const double pixel[2], double radius_px)
 {
-	double scale = index->cells_per_px;
+	int first = strip_of(index, pixel[0] - radius_px);
+	int last = strip_of(index, pixel[0] + radius_px);
 
-	return (struct cell_range){
-		clamp((int)((pixel[0] - radius_px) * scale), 0, index->column_count - 1),
-		clamp((int)((pixel[0] + radius_px) * scale), 0, index->column_count - 1),
-		clamp((int)((pixel[1] - radius_px) * scale), 0, index->row_count - 1),
-		clamp((int)((pixel[1] + radius_px) * scale), 0, index->row_count - 1)};
+	return (struct placed_range){index->placed + index->strip_from[first],
+				     index->placed + index->strip_from[last + 1]};
 }
 
-static double distance2(const struct placed_blob *blob, const double pixel[2])
+static inline double distance2(const struct placed_blob *blob, const double pixel[2])
 {
 	double dx = blob->x_px - pixel[0], dy = blob->y_px - pixel[1];
 
@@ -124,25 +112,18 @@ static double distance2(const struct placed_blob *blob, const double pixel[2])
 int sight_index_nearest_alone(const struct sight_index *index, const double pixel[2],
 			      double radius_px, double alone_px, bool *alone)
 {
-	struct cell_range range = cells_around(index, pixel, alone_px);
+	struct placed_range range = placed_around(index, pixel, alone_px);
 	double best2 = radius_px * radius_px, alone2 = alone_px * alone_px;
 	int best = BLOB_NONE, count = 0;
 
-	for (int row = range.row_first; row <= range.row_last; row++) {
-		int first = row * index->column_count + range.column_first;
-		int last = row * index->column_count + range.column_last;
+	for (const struct placed_blob *blob = range.first; blob < range.end; blob++) {
+		double d2 = distance2(blob, pixel);
+		bool is_near = (d2 < alone2) & (index->owner[blob->index] < 0);
+		bool is_best = is_near & (d2 < best2);
 
-		for (int k = index->cell_start[first]; k < index->cell_start[last + 1]; k++) {
-			double d2 = distance2(&index->placed[k], pixel);
-
-			if (d2 >= alone2 || index->owner[index->placed[k].index] >= 0)
-				continue;
-			count++;
-			if (d2 < best2) {
-				best2 = d2;
-				best = index->placed[k].index;
-			}
-		}
+		count += is_near;
+		best = is_best ? blob->index : best;
+		best2 = is_best ? d2 : best2;
 	}
 	*alone &= count <= 1;
 	return best;
@@ -158,21 +139,12 @@ int sight_index_nearest(const struct sight_index *index, const double pixel[2], 
 int sight_index_within(const struct sight_index *index, const double pixel[2], double radius_px,
 		       int16_t *out, int max)
 {
-	struct cell_range range = cells_around(index, pixel, radius_px);
+	struct placed_range range = placed_around(index, pixel, radius_px);
 	int count = 0;
 
-	for (int row = range.row_first; row <= range.row_last; row++) {
-		int first = row * index->column_count + range.column_first;
-		int last = row * index->column_count + range.column_last;
-
-		for (int k = index->cell_start[first]; k < index->cell_start[last + 1]; k++) {
-			int blob = index->placed[k].index;
-
-			if (index->owner[blob] >= 0 || count == max ||
-			    distance2(&index->placed[k], pixel) > radius_px * radius_px)
-				continue;
-			out[count++] = (int16_t)blob;
-		}
-	}
+	for (const struct placed_blob *blob = range.first; blob < range.end && count < max; blob++)
+		if (distance2(blob, pixel) <= radius_px * radius_px &&
+		    index->owner[blob->index] < 0)
+			out[count++] = (int16_t)blob->index;
 	return count;
 }

@@ -1,5 +1,5 @@
 /*
- * Finding the blobs of one camera by place: a grid of cells over the image, filled once per shot.
+ * Finding the blobs of one camera by place: strips over the image, filled once per shot.
  */
 #pragma once
 
@@ -23,6 +23,6 @@ int sight_index_nearest(const struct sight_index *index, const double pixel[2], 
 int sight_index_nearest_alone(const struct sight_index *index, const double pixel[2],
 			      double radius_px, double alone_px, bool *alone);
 
-/* Up to `max` free blobs within the radius, in index order; returns how many. */
+/* Up to `max` free blobs within the radius, by strips; returns how many. */
 int sight_index_within(const struct sight_index *index, const double pixel[2], double radius_px,
 		       int16_t *out, int max);
