@@ -47,3 +47,11 @@ static inline simde__m256i grey_load8(const grey *p)
 	return simde_mm256_cvtepu16_epi32(
 		simde_mm_loadu_si128((const simde__m128i *)(const void *)p));
 }
+
+/* Sixteen pixels of one value and sixteen of another. */
+static inline void grey_fill_cells(grey *p, int first, int second)
+{
+	simde_mm256_storeu_si256((simde__m256i *)(void *)p, simde_mm256_set1_epi16((short)first));
+	simde_mm256_storeu_si256((simde__m256i *)(void *)(p + 16),
+				 simde_mm256_set1_epi16((short)second));
+}

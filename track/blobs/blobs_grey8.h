@@ -53,3 +53,11 @@ static inline simde__m256i grey_load8(const grey *p)
 	return simde_mm256_cvtepu8_epi32(
 		simde_mm_loadl_epi64((const simde__m128i *)(const void *)p));
 }
+
+/* Sixteen pixels of one value and sixteen of another, in one piece, as they will be read. */
+static inline void grey_fill_cells(grey *p, int first, int second)
+{
+	simde__m128i a = simde_mm_set1_epi8((char)first), b = simde_mm_set1_epi8((char)second);
+
+	simde_mm256_storeu_si256((simde__m256i *)(void *)p, simde_mm256_set_m128i(b, a));
+}

@@ -195,10 +195,8 @@ void level_map_cells(const struct level_map *map, int cell_y, int group, grey ce
 	const struct level_node *nodes = nodes_at(map, group, cell_y);
 	int left = nodes[0].limit, right = nodes[1].limit, middle = (left + right + 1) / 2;
 
-	fill(cells, left);
-	fill(cells + CELL_PX, (left + middle + 1) / 2);
-	fill(cells + 2 * CELL_PX, middle);
-	fill(cells + 3 * CELL_PX, (middle + right + 1) / 2);
+	grey_fill_cells(cells, left, (left + middle + 1) / 2);
+	grey_fill_cells(cells + 2 * CELL_PX, middle, (middle + right + 1) / 2);
 }
 
 static float without_noise(float difference, float unit)

@@ -72,18 +72,19 @@ static float clearance_px(const struct measurer *measurer, uint32_t s)
 static void finish(struct measurer *measurer, const struct spot *spot, struct fit *fit)
 {
 	struct blob_set *set = measurer->set;
-	struct blob blob;
+	struct blob spare,
+		*blob = set->blob_count < BLOB_MAX ? &set->blobs[set->blob_count] : &spare;
 
 	spot_step(&measurer->scene, fit);
-	if (!spot_finish(spot, &measurer->scene, fit, &blob))
+	if (!spot_finish(spot, &measurer->scene, fit, blob))
 		return;
-	if (set->blob_count == BLOB_MAX) {
+	if (blob == &spare) {
 		set->blobs_lost++;
 		return;
 	}
 	measurer->top_px[set->blob_count] = spot->y0;
 	measurer->left_px[set->blob_count] = spot->x0;
-	set->blobs[set->blob_count++] = blob;
+	set->blob_count++;
 }
 
 /* Measures the spots that wait. */

@@ -13,13 +13,12 @@ typedef simde__m256i words; /* sixteen of 16 bits */
 
 struct patch {
 	const uint8_t *pixels; /* top left */
-	/* Bit x: the pixel is bright; a dark row before and behind. */
-	uint16_t padded[PATCH_PX + 2];
+	/* Of four rows each, 16 bits a row: bit x says that the pixel is bright. Read as written:
+	 * the processor waits where it reads together what was just written in parts. */
+	uint64_t bright[PATCH_PX / 4];
 	int first, last;  /* rows of the spot; half open */
 	unsigned columns; /* all rows together */
 };
-
-#define ROWS(patch) ((patch)->padded + 1)
 
 /* Sums over the rows that a spot may have, down each column: of bright pixels and of light above
  * the level, times the row's number from 1 on. Adding the sums so far after each row, from the
@@ -29,15 +28,17 @@ struct column_sums {
 	words light, light_y, count_yy; /* the last: times n (n + 1) / 2 */
 };
 
+/* From the last row to the first. */
 static inline vec look_at_row(struct patch *patch, ptrdiff_t stride_bytes, int y, vec level,
 			      vec *over)
 {
 	vec v = simde_mm_loadu_si128((const vec *)(patch->pixels + y * stride_bytes));
-	vec dark;
+	unsigned dark;
 
 	*over = simde_mm_subs_epu8(v, level);
-	dark = simde_mm_cmpeq_epi8(*over, simde_mm_setzero_si128());
-	ROWS(patch)[y] = (uint16_t)~simde_mm_movemask_epi8(dark);
+	dark = (unsigned)simde_mm_movemask_epi8(
+		simde_mm_cmpeq_epi8(*over, simde_mm_setzero_si128()));
+	patch->bright[y / 4] = patch->bright[y / 4] << 16 | (dark ^ 0xffff);
 	return v;
 }
 
@@ -57,8 +58,8 @@ static void find_bright(struct patch *patch, ptrdiff_t stride_bytes, vec level)
 {
 	vec over;
 
-	patch->padded[0] = patch->padded[PATCH_PX + 1] = 0;
-	for (int y = 0; y < PATCH_PX; y++)
+#pragma GCC unroll 16
+	for (int y = PATCH_PX - 1; y >= 0; y--)
 		look_at_row(patch, stride_bytes, y, level, &over);
 }
 
@@ -71,7 +72,6 @@ static inline void find_and_sum(struct patch *patch, ptrdiff_t stride_bytes, vec
 	words zero = simde_mm256_setzero_si256();
 	struct column_sums sums = {none, none, none, zero, zero, zero};
 
-	patch->padded[0] = patch->padded[PATCH_PX + 1] = 0;
 #pragma GCC unroll 16
 	for (int y = PATCH_PX - 1; y >= 0; y--) {
 		vec v = look_at_row(patch, stride_bytes, y, level, &over);
@@ -90,17 +90,14 @@ struct eight_rows {
 	unsigned empty, broken, loose;
 };
 
-static inline struct eight_rows look_at_rows(const uint16_t *rows, vec *columns)
+static inline struct eight_rows look_at_rows(vec row, vec above)
 {
-	vec zero = simde_mm_setzero_si128(),
-	    row = simde_mm_loadu_si128((const vec *)(const void *)rows);
-	vec above = simde_mm_loadu_si128((const vec *)(const void *)(rows - 1));
+	vec zero = simde_mm_setzero_si128();
 	vec lowest = simde_mm_and_si128(row, simde_mm_sub_epi16(zero, row));
 	vec second_run = simde_mm_and_si128(row, simde_mm_add_epi16(row, lowest));
 	vec reach = simde_mm_or_si128(simde_mm_or_si128(above, simde_mm_slli_epi16(above, 1)),
 				      simde_mm_srli_epi16(above, 1));
 
-	*columns = simde_mm_or_si128(*columns, row);
 	return (struct eight_rows){
 		(unsigned)simde_mm_movemask_epi8(simde_mm_cmpeq_epi16(row, zero)),
 		~(unsigned)simde_mm_movemask_epi8(simde_mm_cmpeq_epi16(second_run, zero)) & 0xffff,
@@ -120,18 +117,22 @@ static unsigned any_bit16(vec v)
 /* One run in each row from some first to `last`, each touching the next, and nothing else. */
 static bool is_whole(struct patch *patch)
 {
-	vec columns = simde_mm_setzero_si128();
-	struct eight_rows upper = look_at_rows(ROWS(patch), &columns);
-	struct eight_rows lower = look_at_rows(ROWS(patch) + 8, &columns);
+	const uint64_t *bright = patch->bright;
+	vec first = simde_mm_set_epi64x((int64_t)bright[1], (int64_t)bright[0]);
+	vec second = simde_mm_set_epi64x((int64_t)bright[3], (int64_t)bright[2]);
+	struct eight_rows upper = look_at_rows(first, simde_mm_slli_si128(first, 2));
+	struct eight_rows lower =
+		look_at_rows(second, simde_mm_or_si128(simde_mm_slli_si128(second, 2),
+						       simde_mm_srli_si128(first, 14)));
 	unsigned full = ~(upper.empty | lower.empty << 16); /* two bits a row */
-	unsigned broken = upper.broken | lower.broken << 16, low = full & -full, first = 3 * low;
+	unsigned broken = upper.broken | lower.broken << 16, low = full & -full;
 	unsigned loose = (upper.loose | lower.loose << 16) & full;
 
-	if (!full || full & (full + low) || broken || loose != first)
+	if (!full || full & (full + low) || broken || loose != 3 * low)
 		return false;
 	patch->first = __builtin_ctz(full) / 2;
 	patch->last = (32 - __builtin_clz(full)) / 2;
-	patch->columns = any_bit16(columns);
+	patch->columns = any_bit16(simde_mm_or_si128(first, second));
 	return true;
 }
 
@@ -143,7 +144,7 @@ static bool is_simple(struct patch *patch)
 
 bool spot_is_whole(const struct spot *spot, const struct grey_image *image, int level)
 {
-	struct patch patch;
+	struct patch patch = {0};
 
 	if (spot->x1 - spot->x0 > PATCH_PX || spot->y1 - spot->y0 > PATCH_PX ||
 	    spot->x0 + PATCH_PX > image->width_px || spot->y0 + PATCH_PX > image->height_px)
@@ -246,7 +247,7 @@ bool run_table_add_patch(struct run_table *table, const struct grey_image *image
 	int left = x - PATCH_PX / 2, top = y - PATCH_ABOVE, side, height;
 	struct patch_copy *copy = &table->copies[table->spot_count % COPY_COUNT];
 	struct column_sums sums;
-	struct patch patch;
+	struct patch patch = {0};
 	struct spot *spot;
 
 	if (left < 0 || top < 0 || left + PATCH_PX > image->width_px ||

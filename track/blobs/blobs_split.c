@@ -25,14 +25,12 @@ bool spot_is_suspect(const struct spot *spot)
 {
 	float mean = 0.5f * (spot->area_xx + spot->area_yy);
 	float half = 0.5f * (spot->area_xx - spot->area_yy);
-	int box = (spot->x1 - spot->x0) * (spot->y1 - spot->y0);
+	int width = spot->x1 - spot->x0, height = spot->y1 - spot->y0;
+	bool wide = (width >= 6) | (height >= 6), sparse = 3 * spot->area_px2 < 2 * width * height;
+	bool elongated = half * half + spot->area_xy * spot->area_xy > 0.09f * mean * mean;
 
-	if (is_large(spot))
-		return true;
-	if (spot->x1 - spot->x0 < 6 && spot->y1 - spot->y0 < 6)
-		return false;
-	return half * half + spot->area_xy * spot->area_xy > 0.09f * mean * mean ||
-	       3 * spot->area_px2 < 2 * box;
+	/* Small and not so small ones come in any order; few are suspect. */
+	return is_large(spot) || (wide & (elongated | sparse));
 }
 
 /* Merges two lists in raster order. */
