@@ -81,11 +81,13 @@ struct label_state {
 	double told_sigma_m;  /* ... and what they claimed */
 	int64_t seen_ns;      /* when it was last measured; 0 = never */
 	uint32_t camera_mask; /* by which cameras */
-	uint8_t peak[CAMERA_MAX]; /* grey value in each camera when it was last alone; 0 = never */
-	double named_s;           /* how long it has had its name ... */
-	double unbroken_s;        /* ... and been seen in every shot */
-	int64_t steady_since_ns;  /* unconfirmed: explained without a break since; 0 = not */
-	int32_t strange_count;    /* shots in a row in which it disagreed with its neighbours */
+	uint8_t peak[CAMERA_MAX];  /* grey value in each camera when it was last alone; 0 = never */
+	double named_s;            /* how long it has had its name ... */
+	double unbroken_s;         /* ... and been seen in every shot */
+	int64_t steady_since_ns;   /* unconfirmed: explained without a break since; 0 = not */
+	struct vec3 steady_from_m; /* where it was then ... */
+	double steady_way_m;       /* ... and the farthest that it was from there */
+	int32_t strange_count;     /* shots in a row in which it disagreed with its neighbours */
 
 	/* what it is worth to fill this one in */
 	struct last_sight last;

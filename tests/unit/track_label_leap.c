@@ -1,6 +1,6 @@
 /*
  * A marker of a cheek whose neighbours have it far from where it was a moment ago: what held its
- * name follows them, what was named just now does not.
+ * name follows them, what was named just now does not. And one that has no name yet.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -89,12 +89,40 @@ static void a_young_name_follows_its_own_motion(void **test_state)
 	assert_int_equal(point.label, BACK);
 }
 
+/* Two seconds on this point, from nothing. */
+static void hold_without_a_name(double way_m)
+{
+	struct label_state *label = &state.labels[BACK];
+
+	label->confirmed = false;
+	label->filled_m = label->steady_from_m = l.predictions.labels[BACK].local_m;
+	label->steady_since_ns = NOW_NS - 2000000000LL;
+	label->steady_way_m = way_m;
+	remember(0);
+}
+
+static void holding_still_away_from_rest_proves_nothing(void **test_state)
+{
+	(void)test_state;
+	hold_without_a_name(0.1 * SPACING_M);
+	assert_int_equal(point.label, LABEL_NONE);
+}
+
+static void holding_while_it_moves_gives_the_name(void **test_state)
+{
+	(void)test_state;
+	hold_without_a_name(0.6 * SPACING_M);
+	assert_int_equal(point.label, BACK);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(a_name_that_held_follows_where_it_is_expected, make_cheek),
 		cmocka_unit_test_setup(a_young_name_does_not_leap, make_cheek),
 		cmocka_unit_test_setup(a_young_name_follows_its_own_motion, make_cheek),
+		cmocka_unit_test_setup(holding_still_away_from_rest_proves_nothing, make_cheek),
+		cmocka_unit_test_setup(holding_while_it_moves_gives_the_name, make_cheek),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

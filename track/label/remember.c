@@ -11,6 +11,9 @@
 #define STEADY_S 0.3       /* an unclear name is given when it holds this long */
 #define STEADY_BODY_S 0.1  /* ... of a limb: what is not rigid soon falls out of its fit */
 #define STEADY_ALONE_S 1.0 /* ... and this long where not all of its neighbours have names */
+#define HELD_SHARE 0.5     /* of the distance to the next marker: where holding counts */
+#define TRIED_SHARE 0.5    /* ... what goes so far meanwhile was put to the test */
+#define REST_SHARE 0.3     /* ... and so near to where the neutral face has it nothing need be */
 #define KNOWN_S 0.5        /* a name lost for less is not one from nothing */
 #define AT_REST_M 0.002
 #define AT_REST_SHARE 0.25 /* of the distance to the next marker */
@@ -51,6 +54,34 @@ static bool is_at_rest(const struct labelling *l, const struct label_state *labe
 	       vec3_distance(label->base_m, l->seen_m[i]) < AT_REST_SHARE * label->spacing_m;
 }
 
+/* For how long a label has had the point, not far from where it is expected: it may be a light
+ * where the marker was, unless the face was just found and nothing else is left over. */
+static double held_s(struct label_state *label, const struct labelling *l, uint32_t i,
+		     enum reading reading, bool jumped, int64_t now_ns)
+{
+	bool may_be_far = !label->confirmed && reading == READING_WHOLE;
+
+	if (jumped || label->steady_since_ns == 0) {
+		label->steady_since_ns = now_ns;
+		label->steady_from_m = l->seen_m[i];
+		label->steady_way_m = 0;
+	}
+	label->steady_way_m =
+		fmax(label->steady_way_m, vec3_distance(label->steady_from_m, l->seen_m[i]));
+	double off_m = vec3_distance(l->predictions.labels[i].local_m, l->seen_m[i]);
+	if (label->kind == LABEL_SKIN && !may_be_far && off_m > HELD_SHARE * label->spacing_m)
+		return 0;
+	return (double)(now_ns - label->steady_since_ns) * 1e-9;
+}
+
+/* Holding alone proves something if the marker moved meanwhile or is where the neutral face has it:
+ * a face that is read aside and held still agrees with itself for ever. */
+static bool is_tried(const struct labelling *l, const struct label_state *label, uint32_t i)
+{
+	return label->confirmed || label->steady_way_m > TRIED_SHARE * label->spacing_m ||
+	       vec3_distance(label->base_m, l->seen_m[i]) < REST_SHARE * label->spacing_m;
+}
+
 /* A name is given at once where it is clear, else when it has held for a while; from nothing only
  * where the reading comes out even, or has held for long. A stray light beside a marker at rest,
  * and no label that could mean it, hints at nothing. */
@@ -68,13 +99,10 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 	bool clear = point->fix.used_count >= 3 && !wear_is_gone(label) &&
 		     label_is_clear(l, state, i) && (rests || label_is_alone(l, state, i));
 
-	if (jumped)
-		label->steady_since_ns = 0;
-	if (label->steady_since_ns == 0)
-		label->steady_since_ns = now_ns;
-	double steady_s = (double)(now_ns - label->steady_since_ns) * 1e-9;
+	double steady_s = held_s(label, l, i, reading, jumped, now_ns);
+	bool held_alone = steady_s > STEADY_ALONE_S && is_tried(l, label, i);
 	if (label->kind == LABEL_SKIN && label_has_rival(l, state, i))
-		return steady_s > STEADY_ALONE_S;
+		return held_alone;
 	if ((reading == READING_WHOLE || (rests && !label->confirmed)) &&
 	    point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_plain(l, state, i))
 		return true;
@@ -84,7 +112,7 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 	if (clear &&
 	    (reading <= READING_EVEN || (reading == READING_UNEVEN && is_at_rest(l, label, i))))
 		return true;
-	return reading != READING_SHIFTED && steady_s > STEADY_ALONE_S;
+	return reading != READING_SHIFTED && held_alone;
 }
 
 /* Where the neighbours tell that a label is. */
