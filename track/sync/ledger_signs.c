@@ -1,7 +1,7 @@
 /*
  * What neither counter nor time shows, and the pictures do.
  */
-#include "track/sync/ledger.h"
+#include "track/sync/ledger_parts.h"
 
 #include <stdlib.h>
 
@@ -15,16 +15,9 @@
 #define CLOCK_FRAMES 24 /* with one and the same jump, until it is the clock's */
 #define STEADY_PX 0.06  /* off by less, a camera that had moved is back */
 
-static void sign(struct ledger_camera *camera, enum ledger_event event, uint64_t shot)
-{
-	camera->counts[event]++;
-	camera->event = event;
-	camera->event_shot = shot;
-}
-
 void ledger_note_late(struct ledger *ledger, uint32_t camera, uint64_t shot)
 {
-	sign(&ledger->cameras[camera], LEDGER_LATE, shot);
+	ledger_note(&ledger->cameras[camera], LEDGER_LATE, shot, 1);
 }
 
 void ledger_note_step(struct ledger *ledger, uint32_t camera, uint64_t shot, double off_shots)
@@ -33,7 +26,7 @@ void ledger_note_step(struct ledger *ledger, uint32_t camera, uint64_t shot, dou
 	double off = off_shots < 0 ? -off_shots : off_shots;
 
 	if (off >= OFF_SHOTS && !c->out_of_step)
-		sign(c, LEDGER_OUT_OF_STEP, shot);
+		ledger_note(c, LEDGER_OUT_OF_STEP, shot, 1);
 	if (off >= OFF_SHOTS || off < BACK_SHOTS)
 		c->out_of_step = off >= OFF_SHOTS;
 }
@@ -54,7 +47,7 @@ static bool lasts(struct ledger_camera *camera, uint32_t *run, bool holds, enum 
 {
 	*run = holds ? *run + 1 : 0;
 	if (*run == SIGN_SHOTS)
-		sign(camera, event, shot);
+		ledger_note(camera, event, shot, 1);
 	return *run >= SIGN_SHOTS;
 }
 
@@ -104,7 +97,7 @@ bool ledger_note_clock(struct ledger *ledger, uint32_t camera, uint64_t shot, in
 		return false;
 	c->clock_off_ns += off_ns;
 	c->clock_run = 0;
-	sign(c, LEDGER_CLOCK_STEPPED, shot);
+	ledger_note(c, LEDGER_CLOCK_STEPPED, shot, 1);
 	return false;
 }
 
@@ -118,7 +111,7 @@ void ledger_note_aim(struct ledger *ledger, uint32_t camera, uint64_t shot, doub
 	c->moved_px = shift_px;
 	c->moved_mrad = turn_mrad;
 	if (shift_px >= LEDGER_MOVED_PX && !c->moved)
-		sign(c, LEDGER_MOVED, shot);
+		ledger_note(c, LEDGER_MOVED, shot, 1);
 	if (shift_px >= LEDGER_MOVED_PX || shift_px < STEADY_PX)
 		c->moved = shift_px >= LEDGER_MOVED_PX;
 }
