@@ -224,7 +224,7 @@ static void watch_trigger(struct station *station)
 			  "trigger %s: lost: %s; the station looks for it every second", address,
 			  pulses->lost_why);
 	}
-	if (!station->trigger_reopener.busy) {
+	if (!station->trigger_reopener.errand.busy) {
 		struct trigger *gone = pulses_give_up(pulses);
 
 		if (!trigger_reopen_begin(&station->trigger_reopener, pulses->driver, address,

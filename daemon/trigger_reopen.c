@@ -1,24 +1,18 @@
 /*
- * One attempt per helper thread.
+ * One attempt per errand.
  */
 #include "daemon/trigger_reopen.h"
 
 #include <string.h>
 
-#include "base/clock.h"
-
-#define PATIENCE_NS (500 * NS_PER_MS)
-
-static void *run_attempt(void *argument)
+static void try_again(void *user)
 {
-	struct trigger_reopener *reopener = argument;
+	struct trigger_reopener *reopener = user;
 
 	reopener->driver->close(reopener->trigger);
 	reopener->trigger = NULL;
 	reopener->error =
 		reopener->driver->open(&reopener->trigger, reopener->rest, &reopener->diag);
-	atomic_store(&reopener->done, true);
-	return NULL;
 }
 
 bool trigger_reopen_begin(struct trigger_reopener *reopener, const struct trigger_driver *driver,
@@ -26,37 +20,28 @@ bool trigger_reopen_begin(struct trigger_reopener *reopener, const struct trigge
 {
 	const char *colon = strchr(address, ':');
 
-	if (reopener->busy)
+	if (reopener->errand.busy)
 		return false;
 	diag_finish(&reopener->diag);
 	reopener->driver = driver;
 	reopener->rest = colon ? colon + 1 : "";
 	reopener->trigger = lost;
-	atomic_store(&reopener->done, false);
-	reopener->busy = pthread_create(&reopener->thread, NULL, run_attempt, reopener) == 0;
-	return reopener->busy;
+	return errand_begin(&reopener->errand, try_again, reopener);
 }
 
 bool trigger_reopen_poll(struct trigger_reopener *reopener)
 {
-	if (!reopener->busy || !atomic_load(&reopener->done))
-		return false;
-	pthread_join(reopener->thread, NULL);
-	reopener->busy = false;
-	return true;
+	return errand_poll(&reopener->errand);
 }
 
 bool trigger_reopen_finish(struct trigger_reopener *reopener)
 {
-	int64_t until_ns = clock_real_now_ns() + PATIENCE_NS;
-	struct timespec until = {.tv_sec = until_ns / NS_PER_S, .tv_nsec = until_ns % NS_PER_S};
+	bool busy = reopener->errand.busy;
 
-	if (reopener->busy) {
-		if (pthread_clockjoin_np(reopener->thread, NULL, CLOCK_MONOTONIC, &until) != 0)
-			return false;
+	if (!errand_finish(&reopener->errand))
+		return false;
+	if (busy)
 		reopener->driver->close(reopener->trigger);
-		reopener->busy = false;
-	}
 	diag_finish(&reopener->diag);
 	return true;
 }

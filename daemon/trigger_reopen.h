@@ -1,28 +1,21 @@
 /*
- * Brings a lost trigger back, on a helper thread: closing and opening a device may block, and the
- * control thread has subscribers to serve.
+ * Brings a lost trigger back: closing and opening a device is an errand.
  */
 #pragma once
 
-#include <pthread.h>
-#include <stdatomic.h>
-#include <stdbool.h>
-
 #include "base/diag.h"
+#include "daemon/errand.h"
 #include "drivers/trigger.h"
 
 struct trigger_reopener {
-	/* control thread */
-	bool busy;
-	pthread_t thread;
+	struct errand errand; /* control thread */
 
-	/* helper thread; the control thread after `done` */
+	/* the errand's; the control thread's when it is over */
 	const struct trigger_driver *driver;
 	const char *rest;        /* of its address; borrowed */
 	struct trigger *trigger; /* the lost one to close, or NULL; then the one that came back */
 	struct diag diag;
 	int error;
-	_Atomic bool done;
 };
 
 /* Closes `lost` (NULL is fine) and tries to open the trigger of `address` again. False when it
@@ -34,6 +27,5 @@ bool trigger_reopen_begin(struct trigger_reopener *reopener, const struct trigge
  * was wrong, until the next attempt. */
 bool trigger_reopen_poll(struct trigger_reopener *reopener);
 
-/* Waits for an attempt under way, at most 0.5 s. False when it goes on: then nothing that it uses
- * may be freed. */
+/* As errand_finish(). */
 bool trigger_reopen_finish(struct trigger_reopener *reopener);
