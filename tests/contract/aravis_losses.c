@@ -21,7 +21,8 @@
 
 #define WAIT_NS NS_PER_S
 #define FRAMES 100
-#define LOST "0.01" /* of 84 packets a frame: hardly a frame is whole */
+#define PACKETS 84  /* a frame */
+#define LOST "0.01" /* of them: hardly a frame is whole */
 
 static const struct camera_driver *const driver = &aravis_camera_driver;
 static struct gige_child resending, forgetful;
@@ -82,8 +83,10 @@ static void lost_packets_are_sent_again_and_frames_are_whole(void **state)
 	/* 84 of 8400 packets are lost; some of those that are sent again once more */
 	assert_in_range(gige_camera_count(camera, "resent_packets"), 40, 200);
 	assert_true(gige_camera_count(camera, "resend_requests") >= 40);
+	/* of a frame that was given up for being late, all may be missing */
 	assert_true(gige_camera_count(camera, "missing_packets") <=
-		    gige_camera_count(camera, "resent_packets"));
+		    gige_camera_count(camera, "resent_packets") +
+			    PACKETS * gige_camera_count(camera, "failures"));
 	gige_camera_stop(camera);
 }
 
