@@ -26,6 +26,7 @@
 #define RIVAL_M 0.001
 #define TOLD_AFTER_S 2.0 /* of watching it */
 #define HELD_S 0.3
+#define HELD_OFF_M 0.0015 /* of three markers of a segment, from where it has them */
 #define HOLDING_MIN 3
 #define HINT_SHARE 1.2 /* a point that nobody explains tells of a shift when this near */
 
@@ -188,18 +189,27 @@ void label_abstain(struct labelling *l, const struct tracker_state *state)
 	}
 }
 
-/* Two others of the segment were there a moment ago and still are: the third is where they say. Of
- * a segment just found, four agree on one place; three may do so by chance. */
+/* Two others of the segment were there a moment ago and still are, and the three lie as they
+ * should: the third is where they say. Of a segment just found, four agree on one place; three may
+ * do so by chance. */
 static bool is_held(const struct labelling *l, const struct tracker_state *state, uint32_t label)
 {
 	int16_t frame = state->labels[label].frame;
 	const struct frame_state *f = &state->frames[frame];
+	bool fresh = l->motion.fresh[frame];
+	double off_m = vec3_distance(state->labels[label].base_m, l->seen_m[label]);
 	int others = 0;
 
-	for (uint32_t i = f->label_first; i < f->label_end; i++)
-		others += i != label && state->labels[i].frame == frame && l->seen[i] &&
-			  (l->motion.fresh[frame] || l->motion.labels[i].recent);
-	return others >= (l->motion.fresh[frame] ? 3 : 2);
+	for (uint32_t i = f->label_first; i < f->label_end; i++) {
+		const struct label_state *other = &state->labels[i];
+
+		if (i == label || other->frame != frame || !l->seen[i] ||
+		    !(fresh || l->motion.labels[i].recent))
+			continue;
+		off_m = fmax(off_m, vec3_distance(other->base_m, l->seen_m[i]));
+		others++;
+	}
+	return fresh ? others >= 3 : others >= 3 || (others == 2 && off_m < HELD_OFF_M);
 }
 
 /* Enough of those that tell have held their names for a while: they are not read one aside. */

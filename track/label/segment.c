@@ -109,50 +109,102 @@ static int nearest_free(const struct nearby *n, const bool *taken, struct vec3 w
 	return best;
 }
 
-bool segment_follow(const struct tracker_state *state, struct labelling *l, int frame,
-		    const bool *taken)
+/* A fit that some of its markers misfit. */
+static bool misfits(const struct segment_pairs *pairs, const struct pose *pose)
+{
+	for (int i = 0; i < pairs->count; i++)
+		if (rigid_error(&pairs->pairs[i], pose) >= MISFIT_M)
+			return true;
+	return false;
+}
+
+/* The first `recent` pairs were there a moment ago and know best: the others, who come back, may
+ * not drive them out unless they are more. What does not stay is taken off the end. */
+static int fit_with_back(struct segment_pairs *pairs, int recent, struct vec3 middle_m,
+			 struct pose *pose)
+{
+	struct segment_pairs held = *pairs;
+	struct pose without = *pose;
+	int agree = fit_pairs(pairs, middle_m, pose), held_agree;
+
+	held.count = recent;
+	if (pairs->count == recent || pairs->count > 2 * recent || !misfits(pairs, pose))
+		return agree;
+	held_agree = fit_pairs(&held, middle_m, &without);
+	if (held_agree == 0 || misfits(&held, &without))
+		return agree;
+	*pairs = held;
+	*pose = without;
+	return held_agree;
+}
+
+/* Pairs those markers with points that were seen a moment ago, or those that were not. */
+static void pair_nearest(const struct tracker_state *state, const struct labelling *l, int frame,
+			 const bool *taken, bool recent, struct segment_pairs *pairs)
 {
 	const struct frame_state *f = &state->frames[frame];
-	struct pose pose = l->rt_stage_frame[frame];
-	struct segment_pairs pairs = {.count = 0};
+	double radius_m = recent ? FOLLOW_NEAR_M : RETURN_NEAR_M;
 
 	for (int i = f->label_first; i < f->label_end; i++) {
 		const struct prediction *p = &l->motion.labels[i];
 
-		if (state->labels[i].frame != frame)
+		if (state->labels[i].frame != frame || p->recent != recent)
 			continue;
-		int k = nearest_free(&l->nearby, taken, pose_apply(&pose, p->local_m),
-				     p->recent ? FOLLOW_NEAR_M : RETURN_NEAR_M);
+		struct vec3 where_m = pose_apply(&l->rt_stage_frame[frame], p->local_m);
+		int k = nearest_free(&l->nearby, taken, where_m, radius_m);
 		if (k >= 0)
-			add_pair(&pairs, p->local_m, l->nearby.p_stage_m[k]);
+			add_pair(pairs, p->local_m, l->nearby.p_stage_m[k]);
 	}
-	if (fit_pairs(&pairs, middle_of(state, frame), &pose) == 0)
+}
+
+bool segment_follow(const struct tracker_state *state, struct labelling *l, int frame,
+		    const bool *taken)
+{
+	struct pose pose = l->rt_stage_frame[frame];
+	struct segment_pairs pairs = {.count = 0};
+
+	pair_nearest(state, l, frame, taken, true, &pairs);
+	int recent = pairs.count;
+	pair_nearest(state, l, frame, taken, false, &pairs);
+	if (fit_with_back(&pairs, recent, middle_of(state, frame), &pose) == 0)
 		return false;
 	l->rt_stage_frame[frame] = pose;
 	return true;
 }
 
+/* The named markers, those seen a moment ago or those that were not. */
+static void pair_named(const struct tracker_state *state, const struct labelling *l, int frame,
+		       const struct point *points, bool recent, struct segment_pairs *pairs,
+		       int16_t label[PAIR_MAX])
+{
+	const struct frame_state *f = &state->frames[frame];
+
+	for (int i = f->label_first; i < f->label_end && pairs->count < PAIR_MAX; i++) {
+		if (state->labels[i].frame != frame || l->point_of_label[i] < 0 ||
+		    l->motion.labels[i].recent != recent)
+			continue;
+		label[pairs->count] = (int16_t)i;
+		add_pair(pairs, state->labels[i].base_m,
+			 points[l->point_of_label[i]].fix.p_stage_m);
+	}
+}
+
 void segment_fit(const struct tracker_state *state, struct labelling *l, int frame,
 		 const struct point *points, struct head *out)
 {
-	const struct frame_state *f = &state->frames[frame];
 	struct pose pose = l->rt_stage_frame[frame];
 	struct segment_pairs pairs = {.count = 0};
 	int16_t label[PAIR_MAX];
 
 	out->valid = 0;
-	for (int i = f->label_first; i < f->label_end; i++) {
-		if (state->labels[i].frame != frame || l->point_of_label[i] < 0 ||
-		    pairs.count == PAIR_MAX)
-			continue;
-		label[pairs.count] = (int16_t)i;
-		add_pair(&pairs, state->labels[i].base_m,
-			 points[l->point_of_label[i]].fix.p_stage_m);
-	}
-	if (fit_pairs(&pairs, middle_of(state, frame), &pose) == 0)
+	pair_named(state, l, frame, points, true, &pairs, label);
+	int recent = pairs.count;
+	pair_named(state, l, frame, points, false, &pairs, label);
+	int count = pairs.count;
+	if (fit_with_back(&pairs, recent, middle_of(state, frame), &pose) == 0)
 		return;
-	for (int k = 0; k < pairs.count; k++) {
-		if (rigid_error(&pairs.pairs[k], &pose) < MISFIT_M)
+	for (int k = 0; k < count; k++) {
+		if (k < pairs.count && rigid_error(&pairs.pairs[k], &pose) < MISFIT_M)
 			continue;
 		l->seen[label[k]] = false;
 		l->point_of_label[label[k]] = ASSIGN_NONE;
