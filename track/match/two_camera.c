@@ -3,6 +3,8 @@
  * they would drift off with a wrong blob.
  */
 #include "track/label/remember.h"
+#include "track/label/wear.h"
+#include "track/match/match_parts.h"
 
 #define TWO_CAMERA_MIN_M 0.0015 /* how far from its prediction a two-camera marker may be */
 #define TWO_CAMERA_MAX_M 0.005
@@ -10,6 +12,17 @@
 #define TWO_CAMERA_SIGMA_M 0.0025 /* who is expected more vaguely needs three */
 #define VAGUE_PX 0.45f            /* of a merged spot: neither; a part of one is surer */
 #define FACE_SIGMA 3.0            /* ... and no farther from where the whole face has it */
+
+#define RIVAL_MARGIN 5.0 /* squared sigmas by which a blob fits this one better */
+
+/* A camera that did not see it a moment ago sees another marker, or a stray light. */
+static bool joins_in(const struct labelling *l, const struct label_state *label, uint32_t i,
+		     const struct point *point)
+{
+	bool matters = label->kind == LABEL_SKIN || l->motion.labels[i].recent;
+
+	return matters && point->fix.used_mask & ~label->camera_mask;
+}
 
 /* It must stay where the neighbours tell, as it did when three cameras saw it. */
 static bool fits(const struct labelling *l, const struct tracker_state *state, uint32_t i,
@@ -21,9 +34,6 @@ static bool fits(const struct labelling *l, const struct tracker_state *state, u
 
 	if (label->kind != LABEL_SKIN)
 		return true;
-	/* a camera that did not see it a moment ago sees another marker, or a stray light */
-	if (point->fix.used_mask & ~label->camera_mask)
-		return false;
 	if (l->told[i].known &&
 	    vec3_distance(l->told[i].local_m, local_m) >
 		    FACE_SIGMA * (l->told[i].sigma_m + fix_noise_m(&point->fix)))
@@ -37,6 +47,56 @@ static bool fits(const struct labelling *l, const struct tracker_state *state, u
 	return vec3_distance(told_m, local_m) < TWO_CAMERA_MIN_M + 2.5 * sigma_m;
 }
 
+/* It saw the marker when that was last seen, or sees one of those next to it. */
+static bool may_see(const struct labelling *l, const struct tracker_state *state,
+		    const struct matcher *matcher, uint32_t label, uint32_t c)
+{
+	const struct label_state *own = &state->labels[label];
+	uint32_t mask = own->camera_mask;
+
+	for (int k = 0; k < WATCH_MAX; k++)
+		if (own->watch[k] >= 0 && l->point_of_label[own->watch[k]] >= 0)
+			mask |= matcher->points[l->point_of_label[own->watch[k]]].fix.used_mask;
+	return mask >> c & 1;
+}
+
+/* Negative log-likelihood (times 2) of a blob that shows this label, up to a constant. */
+static double blob_cost(const struct labelling *l, const struct matcher *matcher, uint32_t label,
+			uint32_t c, const struct blob *blob)
+{
+	const struct sight_index *camera = &matcher->cameras[c];
+	struct vec3 where_m = l->expected_m[label];
+	double pixel[2];
+
+	if (!project_near(matcher, c, where_m, matcher->seed_of_label[label], pixel))
+		return INFINITY;
+	double range_m = vec3_distance(where_m, camera->view->centre_stage_m);
+	double sigma_px =
+		hypot(match_sigma_px(matcher, c, blob),
+		      l->predictions.labels[label].sigma_m * camera->pixels_per_radian / range_m);
+	double off_px = hypot(blob->x_px - pixel[0], blob->y_px - pixel[1]);
+	return off_px * off_px / (sigma_px * sigma_px) + 4 * log(sigma_px);
+}
+
+/* A label without a point, which the camera may see, could mean one of the two blobs as well. */
+static bool has_rival(const struct labelling *l, const struct tracker_state *state,
+		      const struct matcher *matcher, uint32_t label, const struct point *point)
+{
+	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
+		uint32_t c = (uint32_t)__builtin_ctz(left);
+		const struct blob *blob = &matcher->cameras[c].blobs[point->blob[c]];
+		double own = blob_cost(l, matcher, label, c, blob);
+
+		for (uint32_t i = 0; i < state->label_count; i++)
+			if (i != label && l->found[state->labels[i].frame] &&
+			    l->point_of_label[i] == ASSIGN_NONE &&
+			    !wear_is_gone(&state->labels[i]) && may_see(l, state, matcher, i, c) &&
+			    blob_cost(l, matcher, i, c, blob) < own + RIVAL_MARGIN)
+				return true;
+	}
+	return false;
+}
+
 /* Where two markers are one spot that is not parted, the spot is neither. */
 static bool is_merged(const struct matcher *matcher, const struct point *point)
 {
@@ -46,6 +106,18 @@ static bool is_merged(const struct matcher *matcher, const struct point *point)
 		    matcher->cameras[c].blobs[point->blob[c]].sigma_px > VAGUE_PX)
 			return true;
 	return false;
+}
+
+/* Whether the pair is this label's marker. */
+static bool is_it(const struct labelling *l, const struct tracker_state *state,
+		  const struct matcher *matcher, uint32_t i, const struct point *point,
+		  struct vec3 local_m)
+{
+	struct point_size size = point_size(matcher, &state->blur, point);
+
+	return !is_merged(matcher, point) && !joins_in(l, &state->labels[i], i, point) &&
+	       point_size_fits(&size, state->labels[i].diameter_m) &&
+	       fits(l, state, i, point, local_m) && !has_rival(l, state, matcher, i, point);
 }
 
 void remember_two_camera(struct labelling *l, const struct tracker_state *state,
@@ -68,9 +140,7 @@ void remember_two_camera(struct labelling *l, const struct tracker_state *state,
 			continue;
 		const struct point *found = &matcher->points[point];
 		struct vec3 local_m = pose_apply(&l->rt_frame_stage[frame], found->fix.p_stage_m);
-		struct point_size size = point_size(matcher, &state->blur, found);
-		if (is_merged(matcher, found) || !fits(l, state, i, found, local_m) ||
-		    !point_size_fits(&size, state->labels[i].diameter_m))
+		if (!is_it(l, state, matcher, i, found, local_m))
 			continue;
 		l->point_of_label[i] = (int16_t)point;
 		l->seen[i] = true;
