@@ -280,6 +280,57 @@ static void the_pixel_grid_does_not_pull(void **state)
 	blob_finder_destroy(finder);
 }
 
+/* Counts faint spots that are found, and those of them that are off by five of their sigmas. */
+static int count_far_off(struct blob_finder *finder, double amplitude, int *found)
+{
+	struct picture picture = picture_create(WIDTH, HEIGHT, 10);
+	struct grey_image image = picture_image(&picture);
+	struct true_spot spots[SPOT_LIMIT];
+	static struct blob_set set;
+	int count = 0, far = 0;
+	struct rng rng;
+
+	rng_init(&rng, 21, 3);
+	for (int y = 30; y < HEIGHT - 30; y += 30)
+		for (int x = 30; x < WIDTH - 30; x += 40) {
+			struct true_spot *spot = &spots[count++];
+
+			*spot = draw(&ordinary, &rng, x, y);
+			spot->diameter_px = spot->psf_px = 1;
+			spot->amplitude = amplitude;
+			picture_add(&picture, spot, 2);
+		}
+	picture_expose(&picture, 2, &rng);
+	blob_finder_run(finder, &image, &set);
+	for (int i = 0; i < count; i++) {
+		const struct blob *blob = blob_near(&set, spots[i].x_px, spots[i].y_px);
+
+		if (!blob)
+			continue;
+		double off_px = hypot((double)blob->x_px - spots[i].x_px,
+				      (double)blob->y_px - spots[i].y_px);
+		++*found;
+		far += off_px > 5 * (double)blob->sigma_px;
+	}
+	picture_destroy(&picture);
+	return far;
+}
+
+static void a_pixel_above_the_threshold_hardly_tells_a_place(void **state)
+{
+	struct blob_settings settings = blob_settings_default();
+	struct blob_finder *finder;
+	int found = 0, far = 0;
+
+	(void)state;
+	assert_int_equal(blob_finder_create(&finder, WIDTH, HEIGHT, &settings), 0);
+	for (int amplitude = 12; amplitude <= 24; amplitude += 2)
+		far += count_far_off(finder, amplitude, &found);
+	blob_finder_destroy(finder);
+	assert_true(found > 500);
+	assert_int_equal(far, 0);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -292,6 +343,7 @@ int main(void)
 		cmocka_unit_test(skin_glow_neither_bends_nor_adds_spots),
 		cmocka_unit_test(the_rim_of_a_glow_is_no_spot),
 		cmocka_unit_test(the_pixel_grid_does_not_pull),
+		cmocka_unit_test(a_pixel_above_the_threshold_hardly_tells_a_place),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

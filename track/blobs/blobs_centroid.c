@@ -8,6 +8,8 @@
 #include "track/blobs/blobs_parts.h"
 
 #define SIGMA_FLOOR_MOMENT_PX 0.01f /* of the plain moment, which the threshold cuts */
+#define CUT_PX3 \
+	0.35f /* what the cut leaves open of it, times the area: one pixel tells hardly a place */
 #define CRUMB_PX2 8
 #define CRUMB_GAP_PX 5
 #define STEPS_MAX 4
@@ -131,8 +133,10 @@ static bool settle(const struct spot *spot, const struct spot_scene *scene, stru
 /* The plain moment, for spots that touch the border or a neighbour. */
 static void take_moment(const struct spot *spot, const struct spot_scene *scene, struct fit *fit)
 {
+	float cut_px = CUT_PX3 / (float)spot->area_px2;
+
 	spot_moment(spot, fit);
-	fit->variance = moment_variance(spot, scene, fit);
+	fit->variance = moment_variance(spot, scene, fit) + cut_px * cut_px;
 }
 
 static int flags_of(const struct spot *spot, const struct grey_image *image)
