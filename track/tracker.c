@@ -257,18 +257,36 @@ static void note_merged(const struct matcher *m, bool merged[POINT_MAX])
 	}
 }
 
-/* Who is larger or smaller than all that is worn gets no name and casts no doubt. */
+/* Parts of merged spots alone show it, and fewer than three of them surely. */
+static bool is_unsure(const struct matcher *m, const struct point *point)
+{
+	int sure = match_sure_views(m, point);
+
+	if (sure >= 3 || sure == point->fix.used_count)
+		return false;
+	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
+		uint32_t c = (uint32_t)__builtin_ctz(left);
+
+		if (!(m->cameras[c].blobs[point->blob[c]].flags & BLOB_MERGED))
+			return false;
+	}
+	return true;
+}
+
+/* Who is larger or smaller than all that is worn gets no name and casts no doubt, nor does who is
+ * not sure. */
 static void measure_points(const struct tracker_state *state, const struct matcher *m,
 			   struct labelling *l)
 {
-	bool is_no_marker[POINT_MAX];
+	bool skip[POINT_MAX];
 
 	for (uint32_t p = 0; p < m->point_count; p++) {
 		l->sizes[p] = point_size(m, &state->blur, &m->points[p]);
-		is_no_marker[p] = point_size_is_larger(&l->sizes[p], state->diameter_max_m) ||
-				  point_size_is_smaller(&l->sizes[p], state->diameter_min_m);
+		skip[p] = point_size_is_larger(&l->sizes[p], state->diameter_max_m) ||
+			  point_size_is_smaller(&l->sizes[p], state->diameter_min_m) ||
+			  is_unsure(m, &m->points[p]);
 	}
-	nearby_build(&l->nearby, m->points, m->point_count, is_no_marker);
+	nearby_build(&l->nearby, m->points, m->point_count, skip);
 }
 
 /* Names, poses and memory, given where the frames are. */

@@ -64,6 +64,8 @@ struct matcher {
 	uint32_t camera_count;
 	struct sight_index cameras[CAMERA_MAX];
 	struct blob parted[CAMERA_MAX][BLOB_MAX]; /* of cameras with merged spots: their blobs */
+	int16_t other_half[CAMERA_MAX]
+			  [BLOB_MAX]; /* ... and of which blob each is a half, or none */
 	uint32_t point_count;
 	struct point points[POINT_MAX];
 	uint32_t candidate_count;
@@ -97,6 +99,10 @@ void match_part_merged(struct matcher *matcher, const struct label_state *labels
 
 /* Remembers how bright the named markers are in each camera that sees them alone. */
 void match_learn_peaks(const struct matcher *matcher, struct label_state *labels);
+
+/* How many of the point's views show it surely: not so a half of a parted spot whose other half is
+ * nobody's, for then it may have been one marker's. When all points are found. */
+int match_sure_views(const struct matcher *matcher, const struct point *point);
 
 /* Adds the points that at least three cameras confirm near a prepared seed. */
 void match_seeds(struct matcher *matcher);

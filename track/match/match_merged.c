@@ -20,6 +20,7 @@
 #define PART_SIGMA_PX 0.22  /* of a part whose share of the light is known ... */
 #define BLIND_SIGMA_PX 0.35 /* ... or is not, clipped as it is or never seen alone */
 #define PEAK_CLIPPED 235
+#define APART_SPREADS 3.0 /* of either one: two markers farther apart are two spots */
 
 /* What is expected about one spot of a camera. */
 struct merged {
@@ -114,7 +115,8 @@ static bool part_between(const struct matcher *m, uint32_t c, const struct label
 	double excess_px2 = merged_excess_px2(merged->axes.major_px2 - merged->axes.minor_px2);
 	double apart_px = copysign(sqrt(excess_px2 / (share * (1 - share))), projected_px);
 
-	if (fabs(projected_px) < ALONG_COSINE * hypot(line[0], line[1]))
+	if (fabs(projected_px) < ALONG_COSINE * hypot(line[0], line[1]) ||
+	    fabs(apart_px) > APART_SPREADS * sqrt(merged->axes.minor_px2))
 		return false;
 	out->cost_px2 = 0;
 	out->sigma_px = merged_sigma_px(known);
@@ -190,6 +192,7 @@ static struct blob part_of(const struct blob *blob, const struct parting *partin
 struct parted {
 	const struct sight_index *camera;
 	struct blob *blobs;
+	int16_t *other_half;
 	int count; /* 0: none is parted yet */
 	bool done[BLOB_MAX];
 };
@@ -200,6 +203,8 @@ static struct blob *write_to(struct parted *parted, int blob)
 		parted->count = parted->camera->blob_count;
 		memcpy(parted->blobs, parted->camera->blobs,
 		       (size_t)parted->count * sizeof(*parted->blobs));
+		for (int k = 0; k < parted->count; k++)
+			parted->other_half[k] = BLOB_NONE;
 	}
 	parted->done[blob] = true;
 	return &parted->blobs[blob];
@@ -218,6 +223,8 @@ static void take_merge(struct parted *parted, int blob, enum merge merge,
 		one->flags |= BLOB_MERGED;
 		return;
 	}
+	parted->other_half[blob] = (int16_t)parted->count;
+	parted->other_half[parted->count] = (int16_t)blob;
 	parted->blobs[parted->count++] = part_of(&parted->camera->blobs[blob], parting, 1);
 	*one = part_of(&parted->camera->blobs[blob], parting, 0);
 }
@@ -254,7 +261,8 @@ void match_part_merged(struct matcher *m, const struct label_state *labels)
 
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		struct sight_index *camera = &m->cameras[c];
-		struct parted parted = {.camera = camera, .blobs = m->parted[c]};
+		struct parted parted = {
+			.camera = camera, .blobs = m->parted[c], .other_half = m->other_half[c]};
 
 		if (!camera->view)
 			continue;
@@ -263,6 +271,26 @@ void match_part_merged(struct matcher *m, const struct label_state *labels)
 		if (parted.count)
 			sight_index_build(camera, camera->view, m->parted[c], parted.count);
 	}
+}
+
+static bool is_lone_half(const struct matcher *m, uint32_t c, int blob)
+{
+	const struct sight_index *camera = &m->cameras[c];
+
+	return camera->blobs == m->parted[c] && m->other_half[c][blob] != BLOB_NONE &&
+	       camera->owner[m->other_half[c][blob]] < 0;
+}
+
+int match_sure_views(const struct matcher *m, const struct point *point)
+{
+	int count = point->fix.used_count;
+
+	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
+		uint32_t c = (uint32_t)__builtin_ctz(left);
+
+		count -= is_lone_half(m, c, point->blob[c]);
+	}
+	return count;
 }
 
 void match_learn_peaks(const struct matcher *m, struct label_state *labels)

@@ -10,7 +10,7 @@
 /* Of more views than three, those that are of another marker are known. */
 static bool is_torn(const struct fix *fix)
 {
-	return fix->used_count == 3 && fix->chi2_per_dof > TORN_CHI2;
+	return fix->used_count <= 3 && fix->chi2_per_dof > TORN_CHI2;
 }
 
 /* Of two places the one farther along x is in no earlier strip. */

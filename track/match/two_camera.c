@@ -115,7 +115,8 @@ static bool is_it(const struct labelling *l, const struct tracker_state *state,
 {
 	struct point_size size = point_size(matcher, &state->blur, point);
 
-	return !is_merged(matcher, point) && !joins_in(l, &state->labels[i], i, point) &&
+	return match_sure_views(matcher, point) == 2 && !is_merged(matcher, point) &&
+	       !joins_in(l, &state->labels[i], i, point) &&
 	       point_size_fits(&size, state->labels[i].diameter_m) &&
 	       fits(l, state, i, point, local_m) && !has_rival(l, state, matcher, i, point);
 }
