@@ -28,9 +28,9 @@ struct column_sums {
 	words light, light_y, count_yy; /* the last: times n (n + 1) / 2 */
 };
 
-/* From the last row to the first. */
-static inline vec look_at_row(struct patch *patch, ptrdiff_t stride_bytes, int y, vec level,
-			      vec *over)
+/* Puts the row's bits before those of the rows below it. */
+static inline vec look_at_row(const struct patch *patch, ptrdiff_t stride_bytes, int y, vec level,
+			      uint64_t *bright, vec *over)
 {
 	vec v = simde_mm_loadu_si128((const vec *)(patch->pixels + y * stride_bytes));
 	unsigned dark;
@@ -38,7 +38,7 @@ static inline vec look_at_row(struct patch *patch, ptrdiff_t stride_bytes, int y
 	*over = simde_mm_subs_epu8(v, level);
 	dark = (unsigned)simde_mm_movemask_epi8(
 		simde_mm_cmpeq_epi8(*over, simde_mm_setzero_si128()));
-	patch->bright[y / 4] = patch->bright[y / 4] << 16 | (dark ^ 0xffff);
+	*bright = *bright << 16 | (dark ^ 0xffff);
 	return v;
 }
 
@@ -58,13 +58,12 @@ static void find_bright(struct patch *patch, ptrdiff_t stride_bytes, vec level)
 {
 	vec over;
 
-#pragma GCC unroll 16
 	for (int y = PATCH_PX - 1; y >= 0; y--)
-		look_at_row(patch, stride_bytes, y, level, &over);
+		look_at_row(patch, stride_bytes, y, level, &patch->bright[y / 4], &over);
 }
 
 /* The same, and a copy of the pixels, and the sums over the rows from PATCH_ABOVE to BORDER_PX
- * before the end. */
+ * before the end. Four rows a turn: all sixteen in one are more than the registers hold. */
 static inline void find_and_sum(struct patch *patch, ptrdiff_t stride_bytes, vec level,
 				struct feed *feed, uint8_t *copy, struct column_sums *out)
 {
@@ -72,15 +71,19 @@ static inline void find_and_sum(struct patch *patch, ptrdiff_t stride_bytes, vec
 	words zero = simde_mm256_setzero_si256();
 	struct column_sums sums = {none, none, none, zero, zero, zero};
 
-#pragma GCC unroll 16
-	for (int y = PATCH_PX - 1; y >= 0; y--) {
-		vec v = look_at_row(patch, stride_bytes, y, level, &over);
+	for (int last = PATCH_PX - 1; last > 0; last -= 4) {
+		uint64_t bright = 0;
 
-		simde_mm_storeu_si128((vec *)(void *)(copy + y * PATCH_PX), v);
-		if (y >= PATCH_ABOVE && y < PATCH_PX - BORDER_PX)
-			add_row(&sums, v, over);
-		if (y % 4 == 0)
-			feed_on(feed);
+#pragma GCC unroll 4
+		for (int y = last; y > last - 4; y--) {
+			vec v = look_at_row(patch, stride_bytes, y, level, &bright, &over);
+
+			simde_mm_storeu_si128((vec *)(void *)(copy + y * PATCH_PX), v);
+			if (y >= PATCH_ABOVE && y < PATCH_PX - BORDER_PX)
+				add_row(&sums, v, over);
+		}
+		patch->bright[last / 4] = bright;
+		feed_on(feed);
 	}
 	*out = sums;
 }
