@@ -15,7 +15,7 @@
 #define SHARE_MIN 0.05 /* less is not the jaw's */
 #define STEP_RAD 0.025 /* 2.5 mm at the chin */
 #define STEPS 36
-#define SCALE_M 0.003
+#define SCALE_M 0.005 /* jaws differ */
 #define REACH_M 0.009
 #define MISSING_MIN 3
 
@@ -88,12 +88,13 @@ static bool is_of_jaw(const struct tracker_state *state, int i, int actor)
 	return state->labels[i].frame == actor && state->labels[i].jaw_m_rad.y != 0;
 }
 
-/* How well the lower face lies on points with the jaw so far open. */
+/* How well the lower face lies on points with the jaw so far open: each point counts once, for the
+ * marker that is nearest to it. */
 static double fit_of(const struct tracker_state *state, const struct labelling *l, int actor,
 		     double open_rad)
 {
 	const struct frame_state *f = &state->frames[actor];
-	double sum = 0, distance2_m2;
+	double best[POINT_MAX] = {0}, sum = 0, distance2_m2;
 
 	for (int i = f->label_first; i < f->label_end; i++) {
 		const struct label_state *label = &state->labels[i];
@@ -102,9 +103,13 @@ static double fit_of(const struct tracker_state *state, const struct labelling *
 			continue;
 		struct vec3 local_m =
 			vec3_add(label->base_m, vec3_scale(label->jaw_m_rad, open_rad));
-		if (nearby_nearest(&l->nearby, pose_apply(&l->rt_stage_frame[actor], local_m),
-				   REACH_M, &distance2_m2) >= 0)
-			sum += 1 / (1 + distance2_m2 / (SCALE_M * SCALE_M));
+		int k = nearby_nearest(&l->nearby, pose_apply(&l->rt_stage_frame[actor], local_m),
+				       REACH_M, &distance2_m2);
+		if (k < 0)
+			continue;
+		double fit = 1 / (1 + distance2_m2 / (SCALE_M * SCALE_M));
+		sum += fmax(fit - best[k], 0);
+		best[k] = fmax(fit, best[k]);
 	}
 	return sum;
 }
