@@ -121,6 +121,18 @@ static bool is_it(const struct labelling *l, const struct tracker_state *state,
 	       fits(l, state, i, point, local_m) && !has_rival(l, state, matcher, i, point);
 }
 
+/* Two cameras who outvoted a third are no more than two. */
+static void drop_joined(struct labelling *l, const struct tracker_state *state,
+			const struct matcher *matcher, uint32_t i)
+{
+	const struct point *point = &matcher->points[l->point_of_label[i]];
+
+	if (point->fix.used_count != 2 || !joins_in(l, &state->labels[i], i, point))
+		return;
+	l->point_of_label[i] = ASSIGN_NONE;
+	l->seen[i] = false;
+}
+
 void remember_two_camera(struct labelling *l, const struct tracker_state *state,
 			 struct matcher *matcher)
 {
@@ -128,6 +140,8 @@ void remember_two_camera(struct labelling *l, const struct tracker_state *state,
 		const struct prediction *p = &l->predictions.labels[i];
 		int frame = state->labels[i].frame;
 
+		if (l->point_of_label[i] != ASSIGN_NONE)
+			drop_joined(l, state, matcher, i);
 		if (!l->found[frame] || l->assign.column_of_row[i] != ASSIGN_NONE ||
 		    (state->labels[i].kind == LABEL_SKIN && p->sigma_m > TWO_CAMERA_SIGMA_M))
 			continue;
