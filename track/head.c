@@ -103,7 +103,8 @@ static bool fit_robustly(struct fit_pairs *fit, struct pose *pose)
 		agree = 0;
 		for (int i = 0; i < fit->count; i++) {
 			double sigma_m = fit->sigma_m[i];
-			double scale_m = fmax(2 * sigma_m, ROBUST_M[fit->kind[i]]);
+			double robust_m = ROBUST_M[fit->kind[i]];
+			double scale_m = 2 * sigma_m > robust_m ? 2 * sigma_m : robust_m;
 			/* the guess may be far off: begin wide */
 			scale_m *= round == 0 ? 6 : round == 1 ? 2 : 1;
 			double ratio = rigid_error(&fit->pairs[i], pose) / scale_m;

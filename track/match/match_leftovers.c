@@ -96,23 +96,37 @@ static void try_pair(struct matcher *m, uint32_t ca, int place_a, uint32_t cb, i
 		add_candidate(m, &point);
 }
 
-/* The free blobs of camera b in the epipolar plane of a ray of camera a. */
-static void find_partners(const struct matcher *m, uint32_t ca, struct vec3 ray, uint32_t cb,
-			  struct partners *out)
+/* Of a ray of camera a, as camera b needs it. */
+struct epipolar_plane {
+	float x, y, z; /* normal */
+	float gate_rad;
+};
+
+static struct epipolar_plane plane_of(const struct matcher *m, const struct sight_index *a,
+				      struct vec3 ray, const struct sight_index *b)
 {
-	const struct sight_index *a = &m->cameras[ca], *b = &m->cameras[cb];
 	struct vec3 baseline = vec3_sub(b->view->centre_stage_m, a->view->centre_stage_m);
 	struct vec3 normal = vec3_unit(vec3_cross(baseline, ray));
-	float x = (float)normal.x, y = (float)normal.y, z = (float)normal.z;
-	float gate_rad = (float)(m->settings->match_gate_px *
-				 (1 / a->pixels_per_radian + 1 / b->pixels_per_radian));
+
+	return (struct epipolar_plane){
+		(float)normal.x, (float)normal.y, (float)normal.z,
+		(float)(m->settings->match_gate_px *
+			(1 / a->pixels_per_radian + 1 / b->pixels_per_radian))};
+}
+
+/* The free blobs of camera b in the plane. */
+static void find_partners(const struct matcher *m, struct epipolar_plane plane, uint32_t cb,
+			  struct partners *out)
+{
+	const struct sight_index *b = &m->cameras[cb];
 	float off[BLOB_MAX];
 
 	for (int j = 0; j < b->free_count; j++)
-		off[j] = fabsf(x * b->ray_x[j] + y * b->ray_y[j] + z * b->ray_z[j]);
+		off[j] = fabsf(plane.x * b->ray_x[j] + plane.y * b->ray_y[j] +
+			       plane.z * b->ray_z[j]);
 	out->count[cb] = 0;
 	for (int j = 0; j < b->free_count && out->count[cb] < PARTNER_MAX; j++)
-		if (off[j] <= gate_rad && b->owner[b->free[j]] < 0)
+		if (off[j] <= plane.gate_rad && b->owner[b->free[j]] < 0)
 			out->place[cb][out->count[cb]++] = (int16_t)j;
 	if (out->count[cb])
 		out->camera_mask |= 1u << cb;
@@ -121,12 +135,17 @@ static void find_partners(const struct matcher *m, uint32_t ca, struct vec3 ray,
 static void find_all_partners(const struct matcher *m, uint32_t ca, int place, struct partners *out,
 			      struct budget *budget)
 {
-	struct vec3 ray = ray_at(&m->cameras[ca], place);
+	const struct sight_index *a = &m->cameras[ca];
+	struct vec3 ray = ray_at(a, place);
+	struct epipolar_plane planes[CAMERA_MAX];
 
 	out->camera_mask = 1u << ca;
 	for (uint32_t c = 0; c < m->camera_count; c++)
+		if (m->cameras[c].view && c != ca)
+			planes[c] = plane_of(m, a, ray, &m->cameras[c]);
+	for (uint32_t c = 0; c < m->camera_count; c++)
 		if (m->cameras[c].view && c != ca) {
-			find_partners(m, ca, ray, c, out);
+			find_partners(m, planes[c], c, out);
 			budget->looks -= m->cameras[c].free_count;
 		}
 }
