@@ -53,6 +53,13 @@ struct suspect {
 	struct fault bad, poor;
 };
 
+/* What the views add up to when some of them are not good. */
+struct belief {
+	struct sums sums;
+	double log_odds;
+	uint32_t bad_mask;
+};
+
 struct reading {
 	uint32_t bad_mask;
 	struct vec3 step;
@@ -62,7 +69,6 @@ struct reading {
 };
 
 struct readings {
-	struct sums all_good;
 	int suspect_count;
 	struct suspect suspects[SUSPECT_MAX]; /* the worst first */
 	int count;
@@ -136,58 +142,67 @@ static void add_suspect(struct readings *r, const struct suspect *suspect)
 	r->suspects[place] = *suspect;
 }
 
-static void add_fault(struct reading *reading, struct sums *sums, const struct suspect *suspect,
-		      const struct fault *fault)
+/* The same with a fault more. */
+static void with_fault(const struct belief *belief, const struct suspect *suspect,
+		       const struct fault *fault, struct belief *out)
 {
-	sums_add(sums, &suspect->sums, -fault->lost);
-	reading->log_weight += fault->log_odds;
+	const struct sums *a = &belief->sums, *b = &suspect->sums;
+
+	for (int k = 0; k < 6; k++)
+		out->sums.h[k] = a->h[k] + -fault->lost * b->h[k];
+	out->sums.g = vec3_add(a->g, vec3_scale(b->g, -fault->lost));
+	out->sums.e2 = a->e2 + -fault->lost * b->e2;
+	out->log_odds = belief->log_odds + fault->log_odds;
+	out->bad_mask = belief->bad_mask;
 }
 
-/* Solves the reading's sums; its weight is the marginal likelihood. */
-static void solve_reading(struct readings *r, const struct sums *sums)
+/* Solves what the views add up to; the reading's weight is the marginal likelihood. */
+static void add_reading(struct readings *r, const struct belief *belief)
 {
 	struct reading *reading = &r->list[r->count];
 	double determinant;
 
-	if (!sym3_invert(sums->h, reading->cov_m2, &determinant) || !(determinant > 0))
+	if (!sym3_invert(belief->sums.h, reading->cov_m2, &determinant) || !(determinant > 0))
 		return;
-	reading->step = sym3_apply(reading->cov_m2, sums->g);
-	double chi2 = sums->e2 - vec3_dot(sums->g, reading->step);
-	reading->log_weight -= 0.5 * (log(determinant) + chi2);
+	reading->bad_mask = belief->bad_mask;
+	reading->step = sym3_apply(reading->cov_m2, belief->sums.g);
+	double chi2 = belief->sums.e2 - vec3_dot(belief->sums.g, reading->step);
+	reading->log_weight = belief->log_odds - 0.5 * (log(determinant) + chi2);
 	r->count++;
 }
 
-/* With the suspects of `subset` taken as bad. */
-static void add_reading(struct readings *r, uint32_t subset)
+/* Every set of at most BAD_MAX suspects is bad, each set by one more than a set before it. */
+static void add_bad(struct readings *r, const struct belief *all_good)
 {
-	struct reading *reading = &r->list[r->count];
-	struct sums sums = r->all_good;
+	struct belief beliefs[1 << SUSPECT_MAX];
 
-	*reading = (struct reading){0};
-	for (uint32_t left = subset; left; left &= left - 1) {
-		const struct suspect *suspect = &r->suspects[__builtin_ctz(left)];
+	beliefs[0] = *all_good;
+	for (uint32_t set = 1; set < 1u << r->suspect_count; set++) {
+		int last = 31 - __builtin_clz(set);
+		const struct suspect *suspect = &r->suspects[last];
 
-		add_fault(reading, &sums, suspect, &suspect->bad);
-		reading->bad_mask |= 1u << suspect->view;
+		if (__builtin_popcount(set) > BAD_MAX)
+			continue;
+		with_fault(&beliefs[set ^ 1u << last], suspect, &suspect->bad, &beliefs[set]);
+		beliefs[set].bad_mask |= 1u << suspect->view;
+		add_reading(r, &beliefs[set]);
 	}
-	solve_reading(r, &sums);
 }
 
 /* One view is poor, the others are good: it is used, with a wider sigma. */
-static void add_poor(struct readings *r, const struct suspect *suspect)
+static void add_poor(struct readings *r, const struct belief *all_good,
+		     const struct suspect *suspect)
 {
-	struct reading *reading = &r->list[r->count];
-	struct sums sums = r->all_good;
+	struct belief belief;
 
-	*reading = (struct reading){0};
-	add_fault(reading, &sums, suspect, &suspect->poor);
-	solve_reading(r, &sums);
+	with_fault(all_good, suspect, &suspect->poor, &belief);
+	add_reading(r, &belief);
 }
 
 /* All views are good and all their sigmas are too small: by the factor that explains the errors. */
-static void add_boast(struct readings *r, int view_count)
+static void add_boast(struct readings *r, const struct sums *all_good, int view_count)
 {
-	double all_chi2 = r->all_good.e2 - vec3_dot(r->all_good.g, r->list[0].step);
+	double all_chi2 = all_good->e2 - vec3_dot(all_good->g, r->list[0].step);
 	double dof = 2 * view_count - 3, factor2 = all_chi2 / dof;
 	struct reading *reading = &r->list[r->count];
 
@@ -245,14 +260,14 @@ int doubt_views(const struct sighting *sightings, const struct equation *equatio
 {
 	struct readings r;
 	struct sums sums[CAMERA_MAX];
+	struct belief all_good = {.bad_mask = 0};
 
 	r.suspect_count = r.count = 0;
-	r.all_good = (struct sums){0};
 	for (int i = 0; i < count; i++) {
 		sums[i] = sums_of(&equations[i]);
-		sums_add(&r.all_good, &sums[i], 1);
+		sums_add(&all_good.sums, &sums[i], 1);
 	}
-	add_reading(&r, 0);
+	add_reading(&r, &all_good);
 	if (r.count == 0)
 		return -EDOM;
 	for (int i = 0; i < count; i++) {
@@ -261,12 +276,10 @@ int doubt_views(const struct sighting *sightings, const struct equation *equatio
 
 		add_suspect(&r, &suspect);
 	}
-	for (uint32_t subset = 1; subset < 1u << r.suspect_count; subset++)
-		if (__builtin_popcount(subset) <= BAD_MAX)
-			add_reading(&r, subset);
+	add_bad(&r, &all_good);
 	for (int i = 0; i < r.suspect_count; i++)
-		add_poor(&r, &r.suspects[i]);
-	add_boast(&r, count);
+		add_poor(&r, &all_good, &r.suspects[i]);
+	add_boast(&r, &all_good.sums, count);
 	normalise(&r);
 	average(&r, out);
 	return 0;
