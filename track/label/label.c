@@ -54,15 +54,17 @@ static int find_edges(const struct labelling *l, struct vec3 expected_m, double 
 
 	for (int k = nearby_from(nearby, expected_m.x - gate_m);
 	     k < nearby->count && nearby->p_stage_m[k].x <= expected_m.x + gate_m; k++) {
-		double distance_m = vec3_distance(nearby->p_stage_m[k], expected_m);
+		struct vec3 off = vec3_sub(nearby->p_stage_m[k], expected_m);
+		double distance2_m2 = vec3_dot(off, off);
 
-		if (distance_m >= gate_m ||
+		if (distance2_m2 >= gate_m * gate_m ||
 		    !point_size_fits(&l->sizes[nearby->point[k]], diameter_m))
 			continue;
 		double ghost_cost = l->is_ghost[nearby->point[k]] ? GHOST_COST : 0;
-		count = add_edge(edges, count,
-				 (struct assign_edge){nearby->point[k],
-						      edge_cost(distance_m, sigma_m) + ghost_cost});
+		count = add_edge(
+			edges, count,
+			(struct assign_edge){nearby->point[k],
+					     edge_cost(sqrt(distance2_m2), sigma_m) + ghost_cost});
 	}
 	return count;
 }
