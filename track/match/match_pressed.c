@@ -12,6 +12,7 @@
 #define OFF_SHARE 0.4     /* of that: so far from the middle is their spot, and ... */
 #define OFF_PX 0.8        /* ... so much more, as neither is expected exactly */
 #define CAMERA_LEAST 2    /* that tell */
+#define WAY_SIGMA_PX 0.1  /* of spots that touch, beyond their own */
 #define SPREAD_LEAST 0.45 /* of what was expected: one marker alone, seen obliquely, has less */
 #define SPREAD_MOST 2.5   /* ... more is not these two */
 #define SPREAD_SHARE 0.5  /* of the median: a camera with less sees one of them */
@@ -38,6 +39,19 @@ static double project_slope(const struct projection *q, int axis, struct vec3 d)
 	return slope[0] * d.x + slope[1] * d.y + slope[2] * d.z;
 }
 
+static bool are_in_sight(const struct matcher *m, uint32_t c, const int16_t seed[2])
+{
+	return m->cameras[c].view && m->in_sight[c][seed[0]] && m->in_sight[c][seed[1]];
+}
+
+/* The camera's spots nearest to where the two are expected, within so much of the line. */
+static void find_nearest(const struct matcher *m, uint32_t c, const int16_t seed[2],
+			 double reach_px, int blob[2])
+{
+	for (int i = 0; i < 2; i++)
+		blob[i] = sight_index_nearest(&m->cameras[c], m->seen[c][seed[i]].pixel, reach_px);
+}
+
 /* Their one spot, if the camera has no better one for either. */
 static int blob_of_both(const struct matcher *m, uint32_t c, const int16_t seed[2], double line_px)
 {
@@ -45,10 +59,10 @@ static int blob_of_both(const struct matcher *m, uint32_t c, const int16_t seed[
 	const double *one_px = m->seen[c][seed[0]].pixel, *other_px = m->seen[c][seed[1]].pixel;
 	double middle_px[2] = {(one_px[0] + other_px[0]) / 2, (one_px[1] + other_px[1]) / 2};
 	double reach_px = OFF_SHARE * line_px + OFF_PX;
-	int blob = sight_index_nearest(camera, middle_px, reach_px);
+	int blob = sight_index_nearest(camera, middle_px, reach_px), nearest[2];
 
-	if (blob == BLOB_NONE || sight_index_nearest(camera, one_px, reach_px) !=
-					 sight_index_nearest(camera, other_px, reach_px))
+	find_nearest(m, c, seed, reach_px, nearest);
+	if (blob == BLOB_NONE || nearest[0] != nearest[1])
 		return BLOB_NONE;
 	return camera->blobs[blob].flags & BLOB_EDGE ? BLOB_NONE : blob;
 }
@@ -59,7 +73,7 @@ static bool find_spot(const struct matcher *m, uint32_t c, const struct label_st
 {
 	const int16_t *seed = pressed->seed;
 
-	if (!m->cameras[c].view || !m->in_sight[c][seed[0]] || !m->in_sight[c][seed[1]])
+	if (!are_in_sight(m, c, seed))
 		return false;
 	for (int k = 0; k < 2; k++)
 		out->line[k] = project_slope(&m->seen[c][seed[0]], k, pressed->apart_m);
@@ -124,19 +138,60 @@ struct pressed_spots {
 	int count;
 	uint32_t camera[CAMERA_MAX];
 	struct pressed_spot spot[CAMERA_MAX];
+	uint32_t apart_mask; /* cameras that have a spot for each */
+	double apart_px[CAMERA_MAX][2], apart_sigma_px[CAMERA_MAX];
 };
 
-/* Gauss-Newton from where they were expected, and leaning on that. */
+/* The camera has a spot for each, and so tells the way from one to the other. They touch: where
+ * they do not, a camera that has but one spot sees one of them alone. */
+static void find_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
+		     struct pressed_spots *out)
+{
+	double line_px = hypot(project_slope(&m->seen[c][pressed->seed[0]], 0, pressed->apart_m),
+			       project_slope(&m->seen[c][pressed->seed[0]], 1, pressed->apart_m));
+	int blob[2];
+
+	find_nearest(m, c, pressed->seed, OFF_SHARE * line_px, blob);
+	if (blob[0] == BLOB_NONE || blob[1] == BLOB_NONE || blob[0] == blob[1])
+		return;
+	const struct blob *one = &m->cameras[c].blobs[blob[0]],
+			  *other = &m->cameras[c].blobs[blob[1]];
+	if (!(one->flags & other->flags & BLOB_MERGED))
+		return;
+	out->apart_mask |= 1u << c;
+	out->apart_px[c][0] = other->x_px - one->x_px;
+	out->apart_px[c][1] = other->y_px - one->y_px;
+	out->apart_sigma_px[c] =
+		hypot(match_sigma_px(m, c, one), match_sigma_px(m, c, other)) + WAY_SIGMA_PX;
+}
+
+static void add_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
+		    const struct pressed_spots *spots, double normal[6], struct vec3 *right)
+{
+	const struct projection *q = &m->seen[c][pressed->seed[0]];
+	double weight = 1 / (spots->apart_sigma_px[c] * spots->apart_sigma_px[c]);
+
+	for (int k = 0; k < 2; k++) {
+		struct vec3 slope = {q->slopes[k][0], q->slopes[k][1], q->slopes[k][2]};
+
+		add_equation(normal, right,
+			     spots->apart_px[c][k] - vec3_dot(slope, pressed->apart_m), slope,
+			     weight);
+	}
+}
+
+/* Gauss-Newton from what is known so far, and leaning on where they were expected. */
 static bool solve_apart(const struct matcher *m, const struct pressed_spots *spots,
-			struct pressed *pressed)
+			struct vec3 expected_m, struct pressed *pressed)
 {
 	const double prior = 1 / (EXPECTED_SIGMA_M * EXPECTED_SIGMA_M);
-	struct vec3 expected_m = pressed->apart_m;
 
 	for (int round = 0; round < ROUNDS; round++) {
 		double normal[6] = {prior, 0, 0, prior, 0, prior}, inverse[6], determinant;
 		struct vec3 right = vec3_scale(vec3_sub(expected_m, pressed->apart_m), prior);
 
+		for (uint32_t left = spots->apart_mask; left; left &= left - 1)
+			add_way(m, (uint32_t)__builtin_ctz(left), pressed, spots, normal, &right);
 		for (int i = 0; i < spots->count; i++)
 			add_spot(m, spots->camera[i], pressed, &spots->spot[i], normal, &right);
 		if (!sym3_invert(normal, inverse, &determinant))
@@ -146,23 +201,48 @@ static bool solve_apart(const struct matcher *m, const struct pressed_spots *spo
 	return true;
 }
 
+static void find_spots(const struct matcher *m, const struct label_state *labels,
+		       const struct pressed *pressed, struct pressed_spots *spots)
+{
+	spots->count = 0;
+	for (uint32_t c = 0; c < m->camera_count; c++) {
+		if (!find_spot(m, c, labels, pressed, &spots->spot[spots->count]) ||
+		    spots->spot[spots->count].line_px < LINE_MIN_PX)
+			continue;
+		spots->camera[spots->count++] = c;
+	}
+}
+
+/* A single camera that has them in one spot tells too little: others must have a spot for each. */
+static bool ask_others(const struct matcher *m, const struct label_state *labels,
+		       struct vec3 expected_m, struct pressed *pressed, struct pressed_spots *spots)
+{
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		if (are_in_sight(m, c, pressed->seed))
+			find_way(m, c, pressed, spots);
+	spots->count = 0;
+	if (__builtin_popcount(spots->apart_mask) < CAMERA_LEAST ||
+	    !solve_apart(m, spots, expected_m, pressed))
+		return false;
+	find_spots(m, labels, pressed, spots);
+	return spots->count > 0;
+}
+
 /* How far apart the two are; false when no spot is both, or it is one alone. */
 static bool find_apart(const struct matcher *m, const struct label_state *labels,
 		       struct pressed *pressed)
 {
 	struct pressed_spots spots = {.count = 0};
+	struct vec3 expected_m = pressed->apart_m;
 	double ratios[CAMERA_MAX];
 	int kept = 0;
 
-	for (uint32_t c = 0; c < m->camera_count; c++) {
-		if (!find_spot(m, c, labels, pressed, &spots.spot[spots.count]) ||
-		    spots.spot[spots.count].line_px < LINE_MIN_PX)
-			continue;
-		ratios[spots.count] = spots.spot[spots.count].ratio;
-		spots.camera[spots.count++] = c;
-	}
-	if (spots.count < CAMERA_LEAST)
+	find_spots(m, labels, pressed, &spots);
+	if (spots.count == 0 ||
+	    (spots.count < CAMERA_LEAST && !ask_others(m, labels, expected_m, pressed, &spots)))
 		return false;
+	for (int i = 0; i < spots.count; i++)
+		ratios[i] = spots.spot[i].ratio;
 	double ratio = median(ratios, spots.count);
 	for (int i = 0; i < spots.count; i++)
 		if (spots.spot[i].ratio > SPREAD_SHARE * ratio) {
@@ -170,7 +250,8 @@ static bool find_apart(const struct matcher *m, const struct label_state *labels
 			spots.spot[kept++] = spots.spot[i];
 		}
 	spots.count = kept;
-	return ratio > SPREAD_LEAST && ratio < SPREAD_MOST && solve_apart(m, &spots, pressed);
+	return ratio > SPREAD_LEAST && ratio < SPREAD_MOST &&
+	       solve_apart(m, &spots, expected_m, pressed);
 }
 
 int pressed_find(const struct matcher *m, const struct label_state *labels, struct pressed *out)
