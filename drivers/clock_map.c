@@ -5,7 +5,6 @@
 #include "drivers/clock_map.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define BIN_NS INT64_C(500000000)
@@ -114,11 +113,14 @@ static double envelope_drift(const struct clock_map *map)
 		    fmin(DRIFT_MAX, slope(&map->points[hull[edge]], &map->points[hull[edge + 1]])));
 }
 
-static int by_value(const void *left, const void *right)
+/* Keeps them in order; qsort() may allocate. */
+static void insert_height(double *heights, uint32_t count, double height)
 {
-	double a = *(const double *)left, b = *(const double *)right;
+	uint32_t place = count;
 
-	return (a > b) - (a < b);
+	for (; place > 0 && heights[place - 1] > height; place--)
+		heights[place] = heights[place - 1];
+	heights[place] = height;
 }
 
 /* The line of that slope that touches the points from below. A stall lifts a bin or two by its
@@ -131,9 +133,9 @@ static void fit(struct clock_map *map)
 	map->base_device_ns = map->points[0].device_ns;
 	map->base_delay_ns = map->points[0].delay_ns;
 	for (uint32_t i = 0; i < map->count; i++)
-		heights[i] =
-			(double)map->points[i].delay_ns - line_delay(map, map->points[i].device_ns);
-	qsort(heights, map->count, sizeof(*heights), by_value);
+		insert_height(heights, i,
+			      (double)map->points[i].delay_ns -
+				      line_delay(map, map->points[i].device_ns));
 	map->base_delay_ns += (int64_t)floor(heights[0]);
 	map->residual_ns = heights[map->count / 2] - floor(heights[0]);
 }
