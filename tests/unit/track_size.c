@@ -81,6 +81,19 @@ static enum marker_status status_of_swollen(uint64_t n, uint32_t label, double t
 	return play.set.markers[label].status;
 }
 
+static void layout_with_one_diameter_for_all_asks_no_size(void **state)
+{
+	(void)state;
+	begin("rest");
+	play.state.blur = (struct view_blur){0};
+	play.state.diameter_min_m = play.state.diameter_max_m;
+	for (uint64_t n = LEARNING; n < 2 * LEARNING; n++)
+		sim_play_shot_us(&play, &CLEAN, n, 0);
+	assert_int_equal(status_of_swollen(2 * LEARNING, (uint32_t)label_of("cheek_l_3"), 4),
+			 MARKER_MEASURED);
+	sim_play_finish(&play);
+}
+
 static void light_of_another_size_is_not_the_marker(void **state)
 {
 	(void)state;
@@ -134,6 +147,7 @@ static void sizes_that_are_not_sure_exclude_nothing(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(layout_with_one_diameter_for_all_asks_no_size),
 		cmocka_unit_test(light_of_another_size_is_not_the_marker),
 		cmocka_unit_test(faces_take_no_marker_of_the_body_nor_it_theirs),
 		cmocka_unit_test(named_markers_teach_what_the_lenses_add),

@@ -92,8 +92,11 @@ static void learn_view(struct view_blur *blur, const struct matcher *m, const st
 	blur->sights[c] += blur->sights[c] < BLUR_SIGHTS_MIN;
 }
 
+/* One diameter for all was told by nobody: then no blur is known, and so no size. */
 void point_size_learn(struct tracker_state *state, const struct matcher *m)
 {
+	if (state->diameter_min_m == state->diameter_max_m)
+		return;
 	for (uint32_t k = 0; k < POINTS_A_SHOT && k < m->point_count; k++) {
 		const struct point *point = &m->points[state->blur.turn++ % m->point_count];
 

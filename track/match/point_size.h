@@ -25,5 +25,6 @@ bool point_size_is_larger(const struct point_size *size, double diameter_m);
 bool point_size_is_smaller(const struct point_size *size, double diameter_m);
 bool point_size_fits(const struct point_size *size, double diameter_m);
 
-/* What the lenses add, by the named points of a shot. */
+/* What the lenses add, by the named points of a shot. Nothing where the layout has one diameter for
+ * all markers: then no size is known. */
 void point_size_learn(struct tracker_state *state, const struct matcher *matcher);
