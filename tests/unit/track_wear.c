@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "sim/play.h"
+#include "tests/unit/label_named.h"
 
 static const struct blob_play CLEAN = {.sigma_px = 0.03, .merge_px = 2.5};
 static struct sim_play play;
@@ -28,22 +29,12 @@ static void begin(const char *scene, uint64_t seed)
 	assert_int_equal(err, 0);
 }
 
-static int label_of(const char *name)
-{
-	const struct layout *layout = sim_scene_layout(play.scene);
-
-	for (uint32_t i = 0; i < layout->marker_count; i++)
-		if (strcmp(layout->markers[i].name, name) == 0)
-			return (int)i;
-	fail();
-	return -1;
-}
-
 static void a_fallen_marker_is_gone_and_no_other(void **state)
 {
 	(void)state;
 	begin("05-fallen-and-reapplied", 3);
-	int fallen = label_of("cheek_l_3"), lent = label_of("brow_r_2"), gone_shots = 0;
+	uint32_t fallen = label_named(&play, "cheek_l_3"), lent = label_named(&play, "brow_r_2");
+	int gone_shots = 0;
 
 	for (uint64_t n = 0; n < 16 * 60; n++) {
 		sim_play_shot_us(&play, &CLEAN, n, 0);
@@ -52,10 +43,10 @@ static void a_fallen_marker_is_gone_and_no_other(void **state)
 
 			if (!(m->flags & MARKER_GONE))
 				continue;
-			assert_true((int)i == fallen || (int)i == lent);
+			assert_true(i == fallen || i == lent);
 			assert_int_equal(m->status, MARKER_MISSING);
 			assert_true(n > 8 * 60);
-			gone_shots += (int)i == fallen;
+			gone_shots += i == fallen;
 		}
 	}
 	assert_true(gone_shots > 5 * 60);
