@@ -1,5 +1,6 @@
 /*
- * Numbers in order, for medians and for what lies at the ends. Pure.
+ * Numbers in order, for medians and for what lies at the ends. Not for real-time threads: qsort()
+ * may allocate.
  */
 #pragma once
 

@@ -22,8 +22,8 @@ struct nearby {
 	uint16_t strip_from[NEARBY_STRIP_COUNT + 1]; /* the first entry that is not before it */
 };
 
-/* Of the points with at least three views with a say, even if one was outvoted; without those of
- * three views that contradict each other, and those that `skip` says, which may be NULL. */
+/* Of the points with at least three views with a say, even if one was outvoted; without those whose
+ * two or three used views contradict each other, and those that `skip` says, which may be NULL. */
 void nearby_build(struct nearby *nearby, const struct point *points, uint32_t point_count,
 		  const bool *skip);
 

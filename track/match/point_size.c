@@ -3,12 +3,10 @@
  */
 #include "track/match/point_size.h"
 
-#define DISC 16.0       /* a disc's diameter squared over its spread */
-#define OBLIQUE 0.85    /* of that is left on average: discs are hardly ever seen squarely */
-#define MODEL_SHARE 0.1 /* of a spread: spots are neither Gaussians nor discs, and tilt */
-#define GRID_PX2                                                                        \
-	0.1 /* small spots are counted in whole pixels; blur is not the same everywhere \
-	     */
+#define DISC 16.0        /* a disc's diameter squared over its spread */
+#define OBLIQUE 0.85     /* of that is left on average: discs are hardly ever seen squarely */
+#define MODEL_SHARE 0.1  /* of a spread: spots are neither Gaussians nor discs, and tilt */
+#define GRID_PX2 0.1     /* pixels are whole, and blur is not the same everywhere */
 #define CLASS_RATIO2 4.0 /* twice the diameter is another class */
 #define CLASS_SIGMA 3.0
 #define POINTS_A_SHOT 8
