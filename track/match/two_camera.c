@@ -47,9 +47,9 @@ static bool fits(const struct labelling *l, const struct tracker_state *state, u
 	return vec3_distance(told_m, local_m) < TWO_CAMERA_MIN_M + 2.5 * sigma_m;
 }
 
-/* It saw the marker when that was last seen, or sees one of those next to it. */
-static bool may_see(const struct labelling *l, const struct tracker_state *state,
-		    const struct matcher *matcher, uint32_t label, uint32_t c)
+/* Cameras that saw the marker when that was last seen, or see one of those next to it. */
+static uint32_t cameras_that_may_see(const struct labelling *l, const struct tracker_state *state,
+				     const struct matcher *matcher, uint32_t label)
 {
 	const struct label_state *own = &state->labels[label];
 	uint32_t mask = own->camera_mask;
@@ -57,24 +57,44 @@ static bool may_see(const struct labelling *l, const struct tracker_state *state
 	for (int k = 0; k < WATCH_MAX; k++)
 		if (own->watch[k] >= 0 && l->point_of_label[own->watch[k]] >= 0)
 			mask |= matcher->points[l->point_of_label[own->watch[k]]].fix.used_mask;
-	return mask >> c & 1;
+	return mask;
 }
 
-/* Negative log-likelihood (times 2) of a blob that shows this label, up to a constant. */
-static double blob_cost(const struct labelling *l, const struct matcher *matcher, uint32_t label,
-			uint32_t c, const struct blob *blob)
+/* A blob of a camera, and how far labels may be from it. */
+struct shown {
+	uint32_t camera;
+	const struct blob *blob;
+	double sigma_px;
+	double least_cost; /* of any label */
+};
+
+static struct shown shown_by(const struct matcher *matcher, uint32_t c, const struct point *point)
 {
-	const struct sight_index *camera = &matcher->cameras[c];
+	const struct blob *blob = &matcher->cameras[c].blobs[point->blob[c]];
+	double sigma_px = match_sigma_px(matcher, c, blob);
+
+	return (struct shown){c, blob, sigma_px, 4 * log(sigma_px)};
+}
+
+/* Negative log-likelihood (times 2) of a blob that shows this label, up to a constant. What is
+ * surely as much as `enough` is not worked out. */
+static double blob_cost(const struct labelling *l, const struct matcher *matcher, uint32_t label,
+			const struct shown *shown, double enough)
+{
+	const struct sight_index *camera = &matcher->cameras[shown->camera];
 	struct vec3 where_m = l->expected_m[label];
 	double pixel[2];
 
-	if (!project_near(matcher, c, where_m, matcher->seed_of_label[label], pixel))
+	if (!project_near(matcher, shown->camera, where_m, matcher->seed_of_label[label], pixel))
 		return INFINITY;
 	double range_m = vec3_distance(where_m, camera->view->centre_stage_m);
-	double sigma_px =
-		hypot(match_sigma_px(matcher, c, blob),
-		      l->predictions.labels[label].sigma_m * camera->pixels_per_radian / range_m);
-	double off_px = hypot(blob->x_px - pixel[0], blob->y_px - pixel[1]);
+	double vague_px =
+		l->predictions.labels[label].sigma_m * camera->pixels_per_radian / range_m;
+	double x_px = shown->blob->x_px - pixel[0], y_px = shown->blob->y_px - pixel[1];
+	double variance_px2 = shown->sigma_px * shown->sigma_px + vague_px * vague_px;
+	if (x_px * x_px + y_px * y_px > (enough - shown->least_cost + 1) * variance_px2)
+		return INFINITY;
+	double sigma_px = hypot(shown->sigma_px, vague_px), off_px = hypot(x_px, y_px);
 	return off_px * off_px / (sigma_px * sigma_px) + 4 * log(sigma_px);
 }
 
@@ -82,16 +102,24 @@ static double blob_cost(const struct labelling *l, const struct matcher *matcher
 static bool has_rival(const struct labelling *l, const struct tracker_state *state,
 		      const struct matcher *matcher, uint32_t label, const struct point *point)
 {
-	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
-		uint32_t c = (uint32_t)__builtin_ctz(left);
-		const struct blob *blob = &matcher->cameras[c].blobs[point->blob[c]];
-		double own = blob_cost(l, matcher, label, c, blob);
+	struct shown shown[CAMERA_MAX];
+	double enough[CAMERA_MAX];
+	int count = 0;
 
-		for (uint32_t i = 0; i < state->label_count; i++)
-			if (i != label && l->found[state->labels[i].frame] &&
-			    l->point_of_label[i] == ASSIGN_NONE &&
-			    !wear_is_gone(&state->labels[i]) && may_see(l, state, matcher, i, c) &&
-			    blob_cost(l, matcher, i, c, blob) < own + RIVAL_MARGIN)
+	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
+		shown[count] = shown_by(matcher, (uint32_t)__builtin_ctz(left), point);
+		enough[count] =
+			blob_cost(l, matcher, label, &shown[count], INFINITY) + RIVAL_MARGIN;
+		count++;
+	}
+	for (uint32_t i = 0; i < state->label_count; i++) {
+		if (l->point_of_label[i] != ASSIGN_NONE || i == label ||
+		    !l->found[state->labels[i].frame] || wear_is_gone(&state->labels[i]))
+			continue;
+		uint32_t mask = cameras_that_may_see(l, state, matcher, i);
+		for (int k = 0; k < count; k++)
+			if (mask >> shown[k].camera & 1 &&
+			    blob_cost(l, matcher, i, &shown[k], enough[k]) < enough[k])
 				return true;
 	}
 	return false;
