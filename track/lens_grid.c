@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "track/lens_grid_parts.h"
+
 int lens_grid_init(struct lens_grid *grid, int x_count, int y_count)
 {
 	long count = (long)x_count * y_count;
@@ -28,32 +30,6 @@ void lens_grid_finish(struct lens_grid *grid)
 {
 	free(grid->node);
 	memset(grid, 0, sizeof(*grid));
-}
-
-/* The patch of a coordinate in units of steps: its lower node, kept so far inside that all four
- * nodes exist (NaN ends up in the first patch), and the place in it. */
-static int find_patch(double steps, int count, double *t)
-{
-	int patch = steps > 1.0 ? (steps < count - 3 ? (int)steps : count - 3) : 1;
-
-	*t = steps - patch;
-	return patch;
-}
-
-static void weigh(double t, double w[4])
-{
-	w[0] = t * (-0.5 + t * (1.0 - 0.5 * t));
-	w[1] = 1.0 + t * t * (-2.5 + 1.5 * t);
-	w[2] = t * (0.5 + t * (2.0 - 1.5 * t));
-	w[3] = t * t * (-0.5 + 0.5 * t);
-}
-
-static void weigh_slope(double t, double w[4])
-{
-	w[0] = -0.5 + t * (2.0 - 1.5 * t);
-	w[1] = t * (-5.0 + 4.5 * t);
-	w[2] = 0.5 + t * (4.0 - 4.5 * t);
-	w[3] = t * (-1.0 + 1.5 * t);
 }
 
 /* Both components of a node at once; the same sums as one by one. */
@@ -108,19 +84,19 @@ void lens_grid_at(const struct lens_grid *grid, double x, double y, double value
 {
 	double tx, ty, wx[4], wy[4], dx[4], dy[4], by_x[2], by_y[2];
 	double steps_per_x = 1 / grid->x_step, steps_per_y = 1 / grid->y_step;
-	int ix = find_patch((x - grid->x0) * steps_per_x, grid->x_count, &tx) - 1;
-	int iy = find_patch((y - grid->y0) * steps_per_y, grid->y_count, &ty) - 1;
+	int ix = lens_grid_patch((x - grid->x0) * steps_per_x, grid->x_count, &tx) - 1;
+	int iy = lens_grid_patch((y - grid->y0) * steps_per_y, grid->y_count, &ty) - 1;
 	const double(*corner)[2] =
 		(const double(*)[2]) & grid->node[(ptrdiff_t)iy * grid->x_count + ix];
 
-	weigh(tx, wx);
-	weigh(ty, wy);
+	lens_grid_weigh(tx, wx);
+	lens_grid_weigh(ty, wy);
 	if (!jacobian) {
 		value_only(corner, grid->x_count, wx, wy, value);
 		return;
 	}
-	weigh_slope(tx, dx);
-	weigh_slope(ty, dy);
+	lens_grid_weigh_slope(tx, dx);
+	lens_grid_weigh_slope(ty, dy);
 	value_and_slopes(corner, grid->x_count, wx, wy, dx, dy, value, by_x, by_y);
 	for (int k = 0; k < 2; k++) {
 		jacobian[k][0] = by_x[k] * steps_per_x;

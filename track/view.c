@@ -5,6 +5,8 @@
 
 #include <stddef.h>
 
+#include "track/view_parts.h"
+
 struct vec3 view_ray(const struct view *view, const double pixel[2])
 {
 	double u[2];
@@ -20,103 +22,23 @@ struct vec3 view_ray(const struct view *view, const double pixel[2])
 			     r[0][2] * v.x + r[1][2] * v.y + r[2][2] * v.z};
 }
 
-/* False for NaN, which is what the table holds where the camera does not look. */
-static bool near_image(const struct view *view, const double pixel[2])
-{
-	double margin = view_margin_px(view);
-
-	return pixel[0] >= -margin && pixel[0] <= view->width_px - 1 + margin &&
-	       pixel[1] >= -margin && pixel[1] <= view->height_px - 1 + margin;
-}
-
-/* A point on its way through the projection, camera coordinates. */
-struct passage {
-	double x, y, z, norm;
-	double s; /* z + norm */
-	double a; /* 2 / s */
-};
-
-static inline struct passage enter(const struct pose *rt_cam_stage, struct vec3 p_stage_m)
-{
-	struct vec3 p = pose_apply(rt_cam_stage, p_stage_m);
-	double norm = vec3_norm(p), s = p.z + norm;
-
-	return (struct passage){p.x, p.y, p.z, norm, s, 2 / s};
-}
-
-/* Not straight behind, not at the centre, and a number. */
-static inline bool is_seen(const struct passage *p)
-{
-	return p->s > 1e-6 * p->norm;
-}
-
-/* d q / d p by way of u = 2 (x, y) / s. */
-static inline void chain_slopes(const struct passage *p, const double dq_du[2][2],
-				const double r[3][3], double dq_dp[2][3])
-{
-	double b = p->a / (p->s * p->norm);
-
-	for (int i = 0; i < 2; i++) {
-		double along = b * (dq_du[i][0] * p->x + dq_du[i][1] * p->y);
-		/* by the point in camera coordinates */
-		double cx = dq_du[i][0] * p->a - along * p->x;
-		double cy = dq_du[i][1] * p->a - along * p->y;
-		double cz = -along * p->s;
-
-		for (int j = 0; j < 3; j++)
-			dq_dp[i][j] = cx * r[0][j] + cy * r[1][j] + cz * r[2][j];
-	}
-}
-
 bool view_project(const struct view *view, struct vec3 p_stage_m, double pixel[2],
 		  double dq_dp[2][3])
 {
-	struct passage p = enter(&view->rt_cam_stage, p_stage_m);
+	struct passage p = passage_enter(&view->rt_cam_stage, p_stage_m);
 	double q[2], dq_du[2][2];
 
-	if (!is_seen(&p))
+	if (!passage_is_seen(&p))
 		return false;
 	lens_grid_at(&view->plane_to_pixel, p.x * p.a, p.y * p.a, q, dq_dp ? dq_du : NULL);
-	if (!near_image(view, q))
+	if (!view_shows(view, q))
 		return false;
 	pixel[0] = q[0];
 	pixel[1] = q[1];
 	if (dq_dp)
-		chain_slopes(&p, dq_du, view->rt_cam_stage.r, dq_dp);
+		for (int k = 0; k < 2; k++)
+			passage_slopes(&p, dq_du[k], view->rt_cam_stage.r, dq_dp[k]);
 	return true;
-}
-
-#define CHUNK 16
-
-/* What waits for a square root or a quotient is done for many points in turn, so that none waits
- * for the other. */
-static void project_chunk(const struct view *view, const struct vec3 *p_stage_m, int count,
-			  struct projection *out, bool *in_sight)
-{
-	struct passage p[CHUNK];
-	double dq_du[CHUNK][2][2];
-
-	for (int i = 0; i < count; i++)
-		p[i] = enter(&view->rt_cam_stage, p_stage_m[i]);
-	for (int i = 0; i < count; i++) {
-		in_sight[i] = is_seen(&p[i]);
-		if (!in_sight[i])
-			continue;
-		lens_grid_at(&view->plane_to_pixel, p[i].x * p[i].a, p[i].y * p[i].a, out[i].pixel,
-			     dq_du[i]);
-		in_sight[i] = near_image(view, out[i].pixel);
-	}
-	for (int i = 0; i < count; i++)
-		if (in_sight[i])
-			chain_slopes(&p[i], dq_du[i], view->rt_cam_stage.r, out[i].slopes);
-}
-
-void view_project_many(const struct view *view, const struct vec3 *p_stage_m, int count,
-		       struct projection *out, bool *in_sight)
-{
-	for (int i = 0; i < count; i += CHUNK)
-		project_chunk(view, p_stage_m + i, count - i < CHUNK ? count - i : CHUNK, out + i,
-			      in_sight + i);
 }
 
 void view_turn(const struct view *view, struct vec3 p_stage_m, const double slopes[3],
