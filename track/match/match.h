@@ -34,11 +34,9 @@ struct seed {
 
 #define SIGHT_STRIP_COUNT 256 /* of an image, across x */
 
-/* A blob as the search by place needs it. */
-struct placed_blob {
-	float x_px, y_px;
-	int32_t index;
-};
+#define SIGHT_SIDE                                                                     \
+	4 /* blobs that are looked at together: behind the last there is room for more \
+	   */
 
 /* One camera's blobs of the shot, indexed by place. */
 struct sight_index {
@@ -47,9 +45,10 @@ struct sight_index {
 	int blob_count;
 	double pixels_per_radian; /* at the middle of the image */
 	double strips_per_px;
-	uint16_t strip_from[SIGHT_STRIP_COUNT + 1]; /* into `placed` */
-	struct placed_blob placed[BLOB_MAX];        /* strip by strip */
-	int16_t owner[BLOB_MAX];                    /* point that claimed the blob, or -1 */
+	uint16_t strip_from[SIGHT_STRIP_COUNT + 1]; /* into those placed strip by strip: */
+	float placed_x_px[BLOB_MAX + SIGHT_SIDE], placed_y_px[BLOB_MAX + SIGHT_SIDE];
+	int16_t placed[BLOB_MAX];
+	int16_t owner[BLOB_MAX]; /* point that claimed the blob, or -1 */
 
 	/* the blobs that the seeds left over, and their rays */
 	int free_count;

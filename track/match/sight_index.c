@@ -34,10 +34,15 @@ static void sort_into_strips(struct sight_index *index)
 	}
 	for (int i = 0; i < index->blob_count; i++) {
 		const struct blob *blob = &index->blobs[i];
+		int place = next[strip_of(index, blob->x_px)]++;
 
-		index->placed[next[strip_of(index, blob->x_px)]++] =
-			(struct placed_blob){blob->x_px, blob->y_px, i};
+		index->placed_x_px[place] = blob->x_px;
+		index->placed_y_px[place] = blob->y_px;
+		index->placed[place] = (int16_t)i;
 	}
+	for (int k = 0; k < SIGHT_SIDE; k++)
+		index->placed_x_px[index->blob_count + k] =
+			index->placed_y_px[index->blob_count + k] = INFINITY;
 }
 
 void sight_index_build(struct sight_index *index, const struct view *view, const struct blob *blobs,
@@ -89,7 +94,7 @@ void sight_index_trim_free(struct sight_index *index)
 
 /* Those in the strips about a pixel. */
 struct placed_range {
-	const struct placed_blob *first, *end;
+	int first, end;
 };
 
 static inline struct placed_range placed_around(const struct sight_index *index,
@@ -98,42 +103,32 @@ static inline struct placed_range placed_around(const struct sight_index *index,
 	int first = strip_of(index, pixel[0] - radius_px);
 	int last = strip_of(index, pixel[0] + radius_px);
 
-	return (struct placed_range){index->placed + index->strip_from[first],
-				     index->placed + index->strip_from[last + 1]};
+	return (struct placed_range){index->strip_from[first], index->strip_from[last + 1]};
 }
 
-static inline double distance2(const struct placed_blob *blob, const double pixel[2])
+static inline double distance2(const struct sight_index *index, int place, const double pixel[2])
 {
-	double dx = blob->x_px - pixel[0], dy = blob->y_px - pixel[1];
+	double dx = index->placed_x_px[place] - pixel[0];
+	double dy = index->placed_y_px[place] - pixel[1];
 
 	return dx * dx + dy * dy;
 }
 
-int sight_index_nearest_alone(const struct sight_index *index, const double pixel[2],
-			      double radius_px, double alone_px, bool *alone)
-{
-	struct placed_range range = placed_around(index, pixel, alone_px);
-	double best2 = radius_px * radius_px, alone2 = alone_px * alone_px;
-	int best = BLOB_NONE, count = 0;
-
-	for (const struct placed_blob *blob = range.first; blob < range.end; blob++) {
-		double d2 = distance2(blob, pixel);
-		bool is_near = (d2 < alone2) & (index->owner[blob->index] < 0);
-		bool is_best = is_near & (d2 < best2);
-
-		count += is_near;
-		best = is_best ? blob->index : best;
-		best2 = is_best ? d2 : best2;
-	}
-	*alone &= count <= 1;
-	return best;
-}
-
 int sight_index_nearest(const struct sight_index *index, const double pixel[2], double radius_px)
 {
-	bool alone = true;
+	struct placed_range range = placed_around(index, pixel, radius_px);
+	double best2 = radius_px * radius_px;
+	int best = BLOB_NONE;
 
-	return sight_index_nearest_alone(index, pixel, radius_px, radius_px, &alone);
+	for (int place = range.first; place < range.end; place++) {
+		double d2 = distance2(index, place, pixel);
+		int blob = index->placed[place];
+		bool is_best = (d2 < best2) & (index->owner[blob] < 0);
+
+		best = is_best ? blob : best;
+		best2 = is_best ? d2 : best2;
+	}
+	return best;
 }
 
 int sight_index_within(const struct sight_index *index, const double pixel[2], double radius_px,
@@ -142,9 +137,40 @@ int sight_index_within(const struct sight_index *index, const double pixel[2], d
 	struct placed_range range = placed_around(index, pixel, radius_px);
 	int count = 0;
 
-	for (const struct placed_blob *blob = range.first; blob < range.end && count < max; blob++)
-		if (distance2(blob, pixel) <= radius_px * radius_px &&
-		    index->owner[blob->index] < 0)
-			out[count++] = (int16_t)blob->index;
+	for (int place = range.first; place < range.end && count < max; place++)
+		if (distance2(index, place, pixel) <= radius_px * radius_px &&
+		    index->owner[index->placed[place]] < 0)
+			out[count++] = index->placed[place];
 	return count;
+}
+
+/* Of a number that is not negative: in the same order, and compared without a guess at how it will
+ * come out. */
+static inline int64_t bits_of(double x)
+{
+	int64_t bits;
+
+	memcpy(&bits, &x, sizeof(bits));
+	return bits;
+}
+
+/* Some at a time, so that hardly ever it must be guessed whether there are more: who is placed
+ * behind the range is farther off than its strips reach. */
+int sight_index_nearest_alone(const struct sight_index *index, const double pixel[2],
+			      double radius_px, double alone_px, bool *alone)
+{
+	struct placed_range range = placed_around(index, pixel, alone_px);
+	int64_t best2 = bits_of(radius_px * radius_px), alone2 = bits_of(alone_px * alone_px);
+	int best = BLOB_MAX, count = 0;
+
+	for (int first = range.first; first < range.end; first += SIGHT_SIDE)
+		for (int place = first; place < first + SIGHT_SIDE; place++) {
+			int64_t d2 = bits_of(distance2(index, place, pixel));
+
+			count += d2 < alone2;
+			best = d2 < best2 ? place : best;
+			best2 = d2 < best2 ? d2 : best2;
+		}
+	*alone &= count <= 1;
+	return best == BLOB_MAX ? BLOB_NONE : index->placed[best];
 }
