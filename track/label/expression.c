@@ -43,14 +43,14 @@ static inline void add_axes(float *restrict sum, const float (*restrict u)[PATTE
 }
 
 /* The lower triangle alone counts. */
-static void add_row(struct equations *restrict q, const struct expression_row *row,
+static void add_row(struct equations *restrict q, int count, const struct expression_row *row,
 		    const float d[3], float weight)
 {
 	const float(*u)[PATTERN_MAX] = row->shift_mm;
 
 	add_axes(q->g, u, weight * (d[0] - u[0][0]), weight * (d[1] - u[1][0]),
-		 weight * (d[2] - u[2][0]), PATTERN_MAX);
-	for (int j = 0; j < PATTERN_MAX; j++)
+		 weight * (d[2] - u[2][0]), whole_fours(count));
+	for (int j = 1; j < count; j++)
 		add_axes(q->h[j], u, weight * u[0][j], weight * u[1][j], weight * u[2][j],
 			 j / 4 * 4 + 4);
 }
@@ -123,6 +123,7 @@ static bool reweigh(const struct tracker_state *state, int actor, const bool *te
 		    struct equations *q)
 {
 	const struct frame_state *f = &state->frames[actor];
+	int count = state->expressions[actor].count;
 	bool any = false;
 
 	for (int i = f->label_first; i < f->label_end; i++) {
@@ -132,11 +133,11 @@ static bool reweigh(const struct tracker_state *state, int actor, const bool *te
 		if (!tells[i] || !is_skin(state, i, actor))
 			continue;
 		displacement_mm(&state->labels[i], seen_m[i], d);
-		row_off_mm(row, amount, d, off);
+		row_off_mm(row, amount, count, d, off);
 		float weight = weight_of(row, off);
 		if (weight == weights[i])
 			continue;
-		add_row(q, row, d, weight - weights[i]);
+		add_row(q, count, row, d, weight - weights[i]);
 		weights[i] = weight;
 		any = true;
 	}
@@ -159,7 +160,7 @@ void expression_solve(const struct tracker_state *state, int actor, int64_t now_
 			continue;
 		weights[i] = 1 / state->rows[i].off_mm2;
 		displacement_mm(&state->labels[i], seen_m[i], d);
-		add_row(&q, &state->rows[i], d, weights[i]);
+		add_row(&q, x->count, &state->rows[i], d, weights[i]);
 		count++;
 	}
 	out->known = count >= TELLS_MIN;
@@ -176,13 +177,13 @@ void expression_solve(const struct tracker_state *state, int actor, int64_t now_
 }
 
 /* Of a row, by that of the amounts, per axis. */
-static float variance_mm2(const struct expression_row *row,
+static float variance_mm2(const struct expression_row *row, int count,
 			  const float (*restrict spread)[PATTERN_MAX])
 {
 	const float(*u)[PATTERN_MAX] = row->shift_mm;
 	four sum = {0};
 
-	for (int k = 0; k < PATTERN_MAX; k += 4) {
+	for (int k = 0; k < count; k += 4) {
 		four x = {0}, y = {0}, z = {0};
 
 		for (int j = 1; j < k + 4; j++) { /* a factor: nothing is below its diagonal */
@@ -201,12 +202,13 @@ static struct told tell_row(const struct expression_row *row, const struct expre
 			    struct vec3 master_m)
 {
 	const float *amount = expression->amount, none[3] = {0};
-	float variance = row->worst_mm2 + variance_mm2(row, expression->spread), off[3];
+	float variance = row->worst_mm2 + variance_mm2(row, expression->count, expression->spread),
+	      off[3];
 
 	for (int k = 0; k < expression->count; k++)
 		variance += SAMPLE_S * (row->worst_mm2 + VAGUE_MM2) * amount[k] * amount[k] /
 			    (row->square[k][k] + KEEP_S);
-	row_off_mm(row, amount, none, off);
+	row_off_mm(row, amount, expression->count, none, off);
 	return (struct told){
 		true, vec3_sub(master_m, vec3_scale((struct vec3){off[0], off[1], off[2]}, MM)),
 		MM * sqrt(variance)};

@@ -51,22 +51,23 @@ static double follow_mean(double mean, double now, double dt_s, double learned_s
 	return mean + (now - mean) * fmin(dt_s / time_s, 1);
 }
 
-/* Mean of the products of the amounts, over what they may be. */
+/* Mean of the products of the amounts, over what they may be; its upper triangle. */
 static void mean_square(const struct expression *now, float square[PATTERN_MAX][PATTERN_MAX])
 {
-	for (int j = 0; j < PATTERN_MAX; j++)
+	memset(square, 0, PATTERN_MAX * sizeof(square[0]));
+	for (int j = 0; j < now->count; j++)
 		for (int k = 0; k <= j; k++) {
 			float sum = now->amount[j] * now->amount[k];
 
-			for (int i = j; i < PATTERN_MAX; i++)
+			for (int i = j; i < now->count; i++)
 				sum += now->spread[j][i] * now->spread[k][i];
-			square[j][k] = square[k][j] = sum;
+			square[k][j] = sum;
 		}
 }
 
 /* The past fades, and this is added: for each marker what there was of each pattern, and how it lay
  * then. */
-static void row_learn(struct expression_row *row, const float *amount,
+static void row_learn(struct expression_row *row, const struct expression *now,
 		      float (*restrict square)[PATTERN_MAX], const float d[3], const float off[3],
 		      double dt_s)
 {
@@ -80,14 +81,14 @@ static void row_learn(struct expression_row *row, const float *amount,
 		OFF_MIN_MM * OFF_MIN_MM);
 	row->worst_mm2 = (float)fmax(follow_mean(row->worst_mm2, off_mm2, dt_s, row->learned_s),
 				     OFF_MIN_MM * OFF_MIN_MM);
-	for (int j = 0; j < PATTERN_MAX; j++)
-		for (int k = 0; k < PATTERN_MAX; k++)
+	for (int j = 0; j < now->count; j++)
+		for (int k = j / 4 * 4; k < whole_fours(now->count); k++)
 			row->square[j][k] = kept * row->square[j][k] + share * square[j][k];
 	for (int c = 0; c < 3; c++) {
 		float own = share * d[c];
 
-		for (int k = 0; k < PATTERN_MAX; k++)
-			row->product[c][k] = kept * row->product[c][k] + own * amount[k];
+		for (int k = 0; k < whole_fours(now->count); k++)
+			row->product[c][k] = kept * row->product[c][k] + own * now->amount[k];
 	}
 }
 
@@ -208,8 +209,8 @@ static void learn_rows(struct tracker_state *state, int actor, const struct expr
 		if (!sure[i] || !is_skin(state, i, actor))
 			continue;
 		displacement_mm(&state->labels[i], seen_m[i], d);
-		row_off_mm(&state->rows[i], now->amount, d, off);
-		row_learn(&state->rows[i], now->amount, square, d, off, dt_s);
+		row_off_mm(&state->rows[i], now->amount, now->count, d, off);
+		row_learn(&state->rows[i], now, square, d, off, dt_s);
 		float off_mm2 = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
 		rest->energy_mm2 += off_mm2;
 		rest->is_new |= off_mm2 > NEW_MM * NEW_MM;

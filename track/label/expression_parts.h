@@ -23,17 +23,23 @@ static inline void displacement_mm(const struct label_state *label, struct vec3 
 	d[2] = (float)((seen_m.z - label->master_m.z) / MM);
 }
 
-/* What a row is off by when there is so much of each pattern. */
-static inline void row_off_mm(const struct expression_row *row, const float *amount,
+/* What a row is off by when there is so much of each of the first `count` patterns. */
+static inline void row_off_mm(const struct expression_row *row, const float *amount, int count,
 			      const float d[3], float off[3])
 {
 	for (int c = 0; c < 3; c++) {
 		float sum = 0;
 
-		for (int k = 0; k < PATTERN_MAX; k++)
+		for (int k = 0; k < count; k++)
 			sum += row->shift_mm[c][k] * amount[k];
 		off[c] = d[c] - sum;
 	}
+}
+
+/* Patterns are worked on by fours; those behind the last are nothing. */
+static inline int whole_fours(int count)
+{
+	return (count + 3) / 4 * 4;
 }
 
 static inline float sum_of_squares(const float *v)

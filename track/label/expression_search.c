@@ -54,7 +54,7 @@ static struct vec3 place_m(const struct search *s, int i, const float *amount)
 {
 	float off[3], none[3] = {0};
 
-	row_off_mm(&s->state->rows[i], amount, none, off);
+	row_off_mm(&s->state->rows[i], amount, s->state->expressions[s->actor].count, none, off);
 	struct vec3 shift_m = vec3_scale((struct vec3){off[0], off[1], off[2]}, -MM);
 	return pose_apply(s->rt_stage_head, vec3_add(s->state->labels[i].master_m, shift_m));
 }
