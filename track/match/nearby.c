@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#define FEW 4 /* entries: to pass them by is cheaper than to ask where among them to begin */
 #define TORN_CHI2 25.0 /* five sigmas: such views are not of one marker */
 
 /* Of more views than three, those that are of another marker are known. */
@@ -96,7 +97,7 @@ int nearby_from(const struct nearby *n, double x_m)
 	int strip = strip_of(n, x_m);
 	int low = n->strip_from[strip], high = n->strip_from[strip + 1];
 
-	while (low < high) {
+	while (high - low > FEW) {
 		int middle = (low + high) / 2;
 
 		if (n->p_stage_m[middle].x < x_m)

@@ -27,7 +27,8 @@ struct nearby {
 void nearby_build(struct nearby *nearby, const struct point *points, uint32_t point_count,
 		  const bool *skip);
 
-/* The first entry whose x is not below; walk on from there while x stays within reach. */
+/* The first entry whose x is not below, or one a little before it; walk on from there while x stays
+ * within reach. */
 int nearby_from(const struct nearby *nearby, double x_m);
 
 /* The entry nearest to a place within `radius_m`, or -1. */
