@@ -19,12 +19,11 @@
 #define TELLS_S 0.1    /* a younger name says nothing of others */
 #define GHOST_COST 9.0 /* three sigmas: of a known light rather than a marker */
 
-/* Negative log-likelihood (times 2) of a point at that distance, up to a constant. */
-static double edge_cost(double distance_m, double sigma_m)
+/* What it costs to be expected so vaguely: the part of the negative log-likelihood (times 2) of any
+ * point, up to a constant, that its distance does not change. */
+static double cost_of_vague(double sigma_m)
 {
-	double ratio = distance_m / sigma_m;
-
-	return ratio * ratio + 6 * log(fmax(sigma_m / SIGMA_UNIT_M, 1));
+	return sigma_m > SIGMA_UNIT_M ? 6 * log(sigma_m / SIGMA_UNIT_M) : 0;
 }
 
 /* Keeps a label's edges sorted by cost, at most POINTS_PER_LABEL of them. */
@@ -50,6 +49,7 @@ static int find_edges(const struct labelling *l, struct vec3 expected_m, double 
 {
 	const struct nearby *nearby = &l->nearby;
 	double gate_m = fmin(fmax(GATE_SIGMA * sigma_m, GATE_MIN_M), GATE_MAX_M);
+	double vague_cost = cost_of_vague(sigma_m);
 	int count = 0;
 
 	for (int k = nearby_from(nearby, expected_m.x - gate_m);
@@ -60,11 +60,11 @@ static int find_edges(const struct labelling *l, struct vec3 expected_m, double 
 		if (distance2_m2 >= gate_m * gate_m ||
 		    !point_size_fits(&l->sizes[nearby->point[k]], diameter_m))
 			continue;
+		double ratio = sqrt(distance2_m2) / sigma_m;
 		double ghost_cost = l->is_ghost[nearby->point[k]] ? GHOST_COST : 0;
-		count = add_edge(
-			edges, count,
-			(struct assign_edge){nearby->point[k],
-					     edge_cost(sqrt(distance2_m2), sigma_m) + ghost_cost});
+		count = add_edge(edges, count,
+				 (struct assign_edge){nearby->point[k],
+						      ratio * ratio + vague_cost + ghost_cost});
 	}
 	return count;
 }
