@@ -209,11 +209,10 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 		fill_edges(l, state, &l->predictions, false);
 		assign_solve(&l->assign);
 		label_put_in_order(l, state, points);
-		bool settled = !fresh && answer_stands(l);
+		if (!fresh && answer_stands(l))
+			break;
 		take_answer(l);
 		note_places(l, state, points);
-		if (settled)
-			break;
 	}
 	if (!predict_far_apart(state)) {
 		label_pair_left_over(l, state);
@@ -221,5 +220,4 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 		note_places(l, state, points);
 	}
 	label_abstain(l, state);
-	note_places(l, state, points);
 }
