@@ -12,6 +12,7 @@
 #include "track/match/match_parts.h"
 #include "track/match/sight_index.h"
 
+#define SHORT 32         /* candidates that are sorted one by one */
 #define PART_FROM_PX 0.2 /* the sigma of a part */
 
 double match_sigma_px(const struct matcher *m, uint32_t camera, const struct blob *blob)
@@ -104,20 +105,13 @@ void add_candidate(struct matcher *m, const struct point *point)
 
 static bool better(const struct point *a, const struct point *b)
 {
-	if (a->fix.used_count != b->fix.used_count)
-		return a->fix.used_count > b->fix.used_count;
 	return a->fix.residual_px < b->fix.residual_px;
 }
 
 /* Shell sort: in place, no recursion, the same order for the same input. */
-static void sort_candidates(struct matcher *m)
+static void sort_by_residual(const struct matcher *m, uint16_t *order, int count)
 {
-	uint16_t *order = m->candidate_order;
-	int count = (int)m->candidate_count;
-
-	for (int i = 0; i < count; i++)
-		order[i] = (uint16_t)i;
-	for (int gap = count / 2; gap > 0; gap /= 2)
+	for (int gap = count > SHORT ? count / 4 : 1; gap > 0; gap /= 2)
 		for (int i = gap; i < count; i++) {
 			uint16_t moving = order[i];
 			int k = i;
@@ -128,6 +122,24 @@ static void sort_candidates(struct matcher *m)
 				order[k] = order[k - gap];
 			order[k] = moving;
 		}
+}
+
+/* Those with the most views come first. */
+static void sort_candidates(struct matcher *m)
+{
+	uint16_t from[CAMERA_MAX + 2] = {0}, next[CAMERA_MAX + 1];
+
+	for (uint32_t i = 0; i < m->candidate_count; i++)
+		from[CAMERA_MAX - m->candidates[i].fix.used_count + 1]++;
+	for (int rank = 0; rank <= CAMERA_MAX; rank++) {
+		from[rank + 1] += from[rank];
+		next[rank] = from[rank];
+	}
+	for (uint32_t i = 0; i < m->candidate_count; i++)
+		m->candidate_order[next[CAMERA_MAX - m->candidates[i].fix.used_count]++] =
+			(uint16_t)i;
+	for (int rank = 0; rank <= CAMERA_MAX; rank++)
+		sort_by_residual(m, m->candidate_order + from[rank], from[rank + 1] - from[rank]);
 }
 
 void claim(struct matcher *m, const struct point *point)
@@ -327,11 +339,7 @@ void match_seeds(struct matcher *m)
 		m->seed_alone[i] = true;
 	for (uint32_t c = 0; c < m->camera_count; c++)
 		choose_for_seeds(m, c);
-	for (int i = 0; i < m->seed_count; i++) {
-		struct point point;
-
-		if (point_near(m, i, &point))
-			add_candidate(m, &point);
-	}
+	for (int i = 0; i < m->seed_count; i++)
+		m->candidate_count += point_near(m, i, &m->candidates[m->candidate_count]);
 	claim_candidates(m);
 }
