@@ -103,3 +103,17 @@ void lens_grid_at(const struct lens_grid *grid, double x, double y, double value
 		jacobian[k][1] = by_y[k] * steps_per_y;
 	}
 }
+
+void lens_grid_expect(const struct lens_grid *grid, double x, double y)
+{
+	double t;
+	int ix = lens_grid_patch((x - grid->x0) / grid->x_step, grid->x_count, &t) - 1;
+	int iy = lens_grid_patch((y - grid->y0) / grid->y_step, grid->y_count, &t) - 1;
+
+	for (int j = 0; j < 4; j++) {
+		const double *row = lens_grid_node(grid, ix, iy + j);
+
+		__builtin_prefetch(row);
+		__builtin_prefetch(row + 7);
+	}
+}

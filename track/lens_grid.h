@@ -27,3 +27,6 @@ static inline double *lens_grid_node(const struct lens_grid *grid, int x, int y)
  * / d (x, y)[j]. Outside the grid's second ring the outermost patch goes on. Real-time safe. */
 void lens_grid_at(const struct lens_grid *grid, double x, double y, double value[2],
 		  double jacobian[2][2]);
+
+/* Fetches the nodes about (x, y) into the cache. */
+void lens_grid_expect(const struct lens_grid *grid, double x, double y);

@@ -7,6 +7,11 @@
 
 #include "track/view_parts.h"
 
+void view_expect_ray(const struct view *view, const double pixel[2])
+{
+	lens_grid_expect(&view->pixel_to_plane, pixel[0], pixel[1]);
+}
+
 struct vec3 view_ray(const struct view *view, const double pixel[2])
 {
 	double u[2];

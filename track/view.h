@@ -73,5 +73,8 @@ void view_project_many(const struct view *view, const struct vec3 *p_stage_m, in
 void view_turn(const struct view *view, struct vec3 p_stage_m, const double slopes[3],
 	       double turn[3]);
 
+/* Fetches what the ray through a pixel will ask for: of a place where nobody looked before. */
+void view_expect_ray(const struct view *view, const double pixel[2]);
+
 /* Unit vector of the ray through a pixel, stage axes; it starts at centre_stage_m. */
 struct vec3 view_ray(const struct view *view, const double pixel[2]);

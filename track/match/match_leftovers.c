@@ -192,6 +192,9 @@ void match_leftovers(struct matcher *m)
 	for (uint32_t c = 0; c < m->camera_count; c++)
 		if (m->cameras[c].view)
 			sight_index_list_free(&m->cameras[c]);
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		if (m->cameras[c].view)
+			sight_index_aim_free(&m->cameras[c]);
 	for (uint32_t a = 0; a < m->camera_count; a++) {
 		if (!m->cameras[a].view)
 			continue;

@@ -63,16 +63,24 @@ void sight_index_list_free(struct sight_index *index)
 	index->free_count = 0;
 	for (int i = 0; i < index->blob_count; i++) {
 		double pixel[2] = {index->blobs[i].x_px, index->blobs[i].y_px};
-		int place = index->free_count;
 
 		if (index->owner[i] >= 0)
 			continue;
+		index->free[index->free_count++] = (int16_t)i;
+		view_expect_ray(index->view, pixel);
+	}
+}
+
+void sight_index_aim_free(struct sight_index *index)
+{
+	for (int k = 0; k < index->free_count; k++) {
+		const struct blob *blob = &index->blobs[index->free[k]];
+		double pixel[2] = {blob->x_px, blob->y_px};
 		struct vec3 ray = view_ray(index->view, pixel);
-		index->free[place] = (int16_t)i;
-		index->ray_x[place] = (float)ray.x;
-		index->ray_y[place] = (float)ray.y;
-		index->ray_z[place] = (float)ray.z;
-		index->free_count++;
+
+		index->ray_x[k] = (float)ray.x;
+		index->ray_y[k] = (float)ray.y;
+		index->ray_z[k] = (float)ray.z;
 	}
 }
 

@@ -10,8 +10,11 @@
 void sight_index_build(struct sight_index *index, const struct view *view, const struct blob *blobs,
 		       int blob_count);
 
-/* Lists the blobs that are still free, with their rays: few, once the seeds are matched. */
+/* Lists the blobs that are still free: few, once the seeds are matched. */
 void sight_index_list_free(struct sight_index *index);
+
+/* Fills in their rays. */
+void sight_index_aim_free(struct sight_index *index);
 
 /* Takes those off the list that were claimed since. */
 void sight_index_trim_free(struct sight_index *index);
