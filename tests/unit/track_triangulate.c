@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
+#include "track/view_many.h"
 
 #define VIEWS 6
 #define FOCAL_PX 1500.0
@@ -171,7 +172,7 @@ static void good_views_are_kept(void **state)
 }
 
 /* Some of them beside the picture or behind the camera. */
-static void points_project_together_as_one_by_one(void **state)
+static void project_together(view_project_many_fn *build)
 {
 	struct vec3 p[100];
 	struct projection many[100], one;
@@ -179,11 +180,10 @@ static void points_project_together_as_one_by_one(void **state)
 	struct rng rng;
 	int seen = 0;
 
-	(void)state;
 	rng_init(&rng, 14, 0);
 	for (int i = 0; i < 100; i++)
 		p[i] = vec3_scale(random_point(&rng), i % 3 ? 1 : 40);
-	view_project_many(&views[0], p, 100, many, in_sight);
+	build(&views[0], p, 100, many, in_sight);
 	for (int i = 0; i < 100; i++) {
 		assert_int_equal(view_project(&views[0], p[i], one.pixel, one.slopes), in_sight[i]);
 		seen += in_sight[i];
@@ -191,6 +191,13 @@ static void points_project_together_as_one_by_one(void **state)
 			assert_memory_equal(&one, &many[i], sizeof(one));
 	}
 	assert_in_range(seen, 60, 95);
+}
+
+static void points_project_together_as_one_by_one(void **state)
+{
+	(void)state;
+	project_together(view_project_many);
+	project_together(view_project_many_any);
 }
 
 /* Exact but for noise of sigma_px, and one view `off_px` aside in a direction that turns. */

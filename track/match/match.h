@@ -34,9 +34,7 @@ struct seed {
 
 #define SIGHT_STRIP_COUNT 256 /* of an image, across x */
 
-#define SIGHT_SIDE                                                                     \
-	4 /* blobs that are looked at together: behind the last there is room for more \
-	   */
+#define SIGHT_SIDE 6 /* blobs looked at together; behind the last is room for as many */
 
 /* One camera's blobs of the shot, indexed by place. */
 struct sight_index {
