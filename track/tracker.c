@@ -111,11 +111,14 @@ static void prepare(const struct tracker_state *state, struct tracker_scratch *s
 			scratch->seeds[count++] = (struct seed){
 				pose_apply(&l->rt_stage_frame[frame], l->motion.labels[i].local_m),
 				fmin(SEED_RADIUS_M, 0.0005 + 1.2 * l->motion.labels[i].sigma_m),
-				(int16_t)i};
+				(int16_t)i,
+				state->labels[i].seen_ns == state->mid_exposure_ns
+					? state->labels[i].outvoted_mask
+					: 0};
 	}
 	for (uint32_t i = 0; i < state->loose_count; i++)
 		scratch->seeds[count++] =
-			(struct seed){state->loose_stage_m[i], SEED_RADIUS_M, LABEL_NONE};
+			(struct seed){state->loose_stage_m[i], SEED_RADIUS_M, LABEL_NONE, 0};
 	match_prepare(&scratch->matcher, rig, scratch->seeds, count);
 	scratch->prepared = (struct preparation){rig, state->mid_exposure_ns, time_ns};
 }

@@ -76,11 +76,12 @@ struct label_state {
 	struct vec3 filled_m; /* where the last shot had it, seen or filled in */
 	bool moving;          /* its velocity is known: it was seen twice in a row */
 	struct vec3 velocity_m_s;
-	double noise_m;       /* of that place, per axis, as triangulated */
-	struct vec3 offset_m; /* from where the neighbours told, when three cameras last saw it */
-	double told_sigma_m;  /* ... and what they claimed */
-	int64_t seen_ns;      /* when it was last measured; 0 = never */
-	uint32_t camera_mask; /* by which cameras */
+	double noise_m;         /* of that place, per axis, as triangulated */
+	struct vec3 offset_m;   /* from where the neighbours told, when three cameras last saw it */
+	double told_sigma_m;    /* ... and what they claimed */
+	int64_t seen_ns;        /* when it was last measured; 0 = never */
+	uint32_t camera_mask;   /* by which cameras */
+	uint32_t outvoted_mask; /* ... and by which that were not used */
 	uint8_t peak[CAMERA_MAX];  /* grey value in each camera when it was last alone; 0 = never */
 	double named_s;            /* how long it has had its name ... */
 	double unbroken_s;         /* ... and been seen in every shot */

@@ -25,6 +25,8 @@
 #define BAD_SHARE_SATURATED 0.06
 #define BAD_SHARE_EDGE 0.2
 #define BAD_SHARE_MERGED 0.3
+/* ... or was in the last shot: half of its disc is hidden still, or a light in its spot */
+#define BAD_SHARE_AGAIN 0.3
 
 /* One that is neither good nor bad: a fixed pattern or a reflection in its spot. */
 #define POOR_SPREADS 3.0
@@ -98,12 +100,13 @@ static struct sums sums_of(const struct equation *q)
 	return s;
 }
 
-static double bad_share(uint16_t flags)
+static double bad_share(const struct sighting *sighting)
 {
-	return flags & BLOB_MERGED      ? BAD_SHARE_MERGED
-	       : flags & BLOB_EDGE      ? BAD_SHARE_EDGE
-	       : flags & BLOB_SATURATED ? BAD_SHARE_SATURATED
-					: BAD_SHARE;
+	return sighting->flags & BLOB_MERGED      ? BAD_SHARE_MERGED
+	       : sighting->was_outvoted           ? BAD_SHARE_AGAIN
+	       : sighting->flags & BLOB_EDGE      ? BAD_SHARE_EDGE
+	       : sighting->flags & BLOB_SATURATED ? BAD_SHARE_SATURATED
+						  : BAD_SHARE;
 }
 
 /* Of a share of the views whose variance is so many times that of a good one. */
@@ -123,7 +126,7 @@ static struct suspect suspect_of(int view, const struct sighting *sighting,
 		.view = view,
 		.off = equation->weight * left_px2,
 		.sums = *sums,
-		.bad = fault_of(bad_share(sighting->flags), 1 + bad_px2 * equation->weight),
+		.bad = fault_of(bad_share(sighting), 1 + bad_px2 * equation->weight),
 		.poor = fault_of(POOR_SHARE, POOR_SPREADS * POOR_SPREADS)};
 }
 

@@ -126,7 +126,7 @@ static int predict_all(const struct world *world, struct rng *rng, struct seed *
 		for (uint32_t k = 0; k < world->layout.marker_count; k++)
 			seeds[count++] = (struct seed){
 				vec3_add(world->truth_m[a][k], random_in_ball(rng, 0.001)), 0.002,
-				LABEL_NONE};
+				LABEL_NONE, 0};
 	return count;
 }
 

@@ -142,10 +142,40 @@ static void wrong_predictions_cost_no_points(void **state)
 	world_play(&world, 0, 1000000000, &shot);
 	for (int i = 0; i < 100; i++)
 		seeds[i] = (struct seed){vec3_add(world.truth_m[0][i], random_in_ball(&rng, 0.02)),
-					 0.004, LABEL_NONE};
+					 0.004, LABEL_NONE, 0};
 	match(&shot, seeds, 100);
 	assert_true(found_share() > 0.98);
 	assert_true(false_points() <= 2);
+	world_finish(&world);
+}
+
+/* Points that three cameras see and two place plainly, the last one's spots being off. */
+static int plain_points(const struct shot *shot, uint32_t outvoted_mask)
+{
+	struct seed seeds[60];
+	int count = 0;
+
+	for (int i = 0; i < 60; i++)
+		seeds[i] = (struct seed){world.truth_m[0][i], 0.002, (int16_t)i, outvoted_mask};
+	match(shot, seeds, 60);
+	for (uint32_t p = 0; p < matcher.point_count; p++)
+		count += matcher.points[p].fix.used_mask == 3 &&
+			 matcher.points[p].fix.chi2_per_dof < 25;
+	return count;
+}
+
+static void who_was_outvoted_a_moment_ago_is_again(void **state)
+{
+	struct shot shot;
+
+	(void)state;
+	begin(3, 1, 60, 10);
+	world_play(&world, 0, 1000000000, &shot);
+	for (uint32_t b = 0; b < world.sets[2].blob_count; b++)
+		world.sets[2].blobs[b].x_px += 0.2F;
+	int unknown = plain_points(&shot, 0), known = plain_points(&shot, 4);
+	print_message("# %d, where it is known %d\n", unknown, known);
+	assert_true(known > unknown);
 	world_finish(&world);
 }
 
@@ -212,6 +242,7 @@ int main(void)
 		cmocka_unit_test(a_room_of_six_actors_is_found_from_nothing),
 		cmocka_unit_test(no_camera_is_needed_more_than_others),
 		cmocka_unit_test(wrong_predictions_cost_no_points),
+		cmocka_unit_test(who_was_outvoted_a_moment_ago_is_again),
 		cmocka_unit_test(every_blob_belongs_to_one_point_at_most),
 		cmocka_unit_test(images_full_of_garbage_cost_little_more_a_blob_than_markers),
 	};

@@ -305,6 +305,31 @@ static void a_merged_blob_is_the_first_to_be_suspected(void **state)
 	assert_true(left_out[1] > left_out[0] + 200);
 }
 
+/* Half of its disc may be hidden still. Which of three views is off they hardly tell themselves. */
+static void who_was_outvoted_is_suspected_again(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[VIEWS];
+	struct fix fix;
+	int plain[2] = {0, 0};
+
+	(void)state;
+	rng_init(&rng, 14, 0);
+	for (int trial = 0; trial < 2000; trial++) {
+		struct vec3 p = random_point(&rng);
+		int bad = sight_with_liar(&rng, p, 3, 0.012, 0.3, sightings);
+
+		for (int again = 0; again < 2; again++) {
+			sightings[bad].was_outvoted = again;
+			assert_int_equal(triangulate(sightings, 3, NULL, &fix), 0);
+			plain[again] +=
+				fix.used_mask == (7u & ~(1u << bad)) && fix.chi2_per_dof < 25;
+		}
+	}
+	print_message("# plain: %d, where it was outvoted %d of 2000\n", plain[0], plain[1]);
+	assert_true(2000 - plain[1] < 0.5 * (2000 - plain[0]));
+}
+
 static void sigmas_that_are_all_too_small_leave_no_view_out(void **state)
 {
 	struct rng rng;
@@ -341,6 +366,7 @@ int main(void)
 		cmocka_unit_test(covariances_are_true_where_it_is_not_plain_who_lies),
 		cmocka_unit_test(a_poor_view_is_used_and_the_covariance_says_so),
 		cmocka_unit_test(a_merged_blob_is_the_first_to_be_suspected),
+		cmocka_unit_test(who_was_outvoted_is_suspected_again),
 		cmocka_unit_test(sigmas_that_are_all_too_small_leave_no_view_out),
 	};
 

@@ -276,6 +276,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 	label->unbroken_s = followed && label->seen_ns == last_ns ? label->unbroken_s + dt_s : 0;
 	follow(state, label, l->seen_m[i], fix_noise_m(&point->fix), !followed, now_ns);
 	label->camera_mask = point->fix.used_mask;
+	label->outvoted_mask = point->claimed_mask & ~point->fix.used_mask;
 	point->label = (int16_t)i;
 }
 

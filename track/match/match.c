@@ -53,6 +53,7 @@ bool point_from_choice(const struct matcher *m, const struct choice *choice, str
 					  {b->x_px, b->y_px},
 					  match_sigma_px(m, c, b),
 					  b->flags,
+					  choice->outvoted_mask >> c & 1,
 					  choice->seed >= 0 ? &m->seen[c][choice->seed] : NULL};
 		camera_of[count++] = (int)c;
 	}
@@ -63,6 +64,7 @@ bool point_from_choice(const struct matcher *m, const struct choice *choice, str
 	out->fix.used_mask = 0;
 	out->claimed_mask = 0;
 	out->label = LABEL_NONE;
+	out->outvoted_mask = choice->outvoted_mask;
 	for (int i = 0; i < count; i++) {
 		if (fix.used_mask & (1u << i))
 			out->fix.used_mask |= 1u << camera_of[i];
@@ -155,7 +157,9 @@ void claim(struct matcher *m, const struct point *point)
 /* Drops the views whose blob another point has taken, and solves again with the rest. */
 static bool settle(const struct matcher *m, struct point *point)
 {
-	struct choice left = {.guess_stage_m = point->fix.p_stage_m, .seed = -1};
+	struct choice left = {.guess_stage_m = point->fix.p_stage_m,
+			      .seed = -1,
+			      .outvoted_mask = point->outvoted_mask};
 	bool changed = false;
 
 	for (uint32_t c = 0; c < m->camera_count; c++) {
@@ -276,6 +280,7 @@ static void take_seed(const struct matcher *m, int index, struct choice *out)
 {
 	out->guess_stage_m = m->seed_stage_m[index];
 	out->seed = index;
+	out->outvoted_mask = m->seeds[index].outvoted_mask;
 	out->count = 0;
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		out->blob[c] = m->seed_blob[c][index];
@@ -288,6 +293,7 @@ static void choose_again(const struct matcher *m, int index, struct vec3 p, stru
 {
 	out->guess_stage_m = p;
 	out->seed = -1;
+	out->outvoted_mask = m->seeds[index].outvoted_mask;
 	out->count = 0;
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		const struct sight_index *camera = &m->cameras[c];

@@ -21,6 +21,7 @@ struct point {
 	uint32_t claimed_mask;    /* cameras whose blob is taken by this point, used or not */
 	int16_t blob[CAMERA_MAX]; /* valid where claimed_mask says so */
 	int16_t label;            /* LABEL_NONE until named */
+	uint32_t outvoted_mask;   /* of the seed that it was found by, else 0 */
 };
 
 #define SEED_MAX (LABEL_MAX + LOOSE_MAX)
@@ -29,7 +30,8 @@ struct point {
 struct seed {
 	struct vec3 p_stage_m;
 	double radius_m;
-	int16_t label; /* whose place it is, or LABEL_NONE */
+	int16_t label;          /* whose place it is, or LABEL_NONE */
+	uint32_t outvoted_mask; /* cameras whose sight of it was not used in the last shot */
 };
 
 #define SIGHT_STRIP_COUNT 256 /* of an image, across x */

@@ -55,6 +55,7 @@ static void choose_around(const struct matcher *m, struct vec3 p, uint32_t camer
 {
 	out->guess_stage_m = p;
 	out->seed = -1;
+	out->outvoted_mask = 0;
 	out->count = 0;
 	for (uint32_t c = 0; c < m->camera_count; c++)
 		out->blob[c] = BLOB_NONE;

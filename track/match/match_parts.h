@@ -16,7 +16,8 @@ struct choice {
 	struct vec3 guess_stage_m;
 	int count;
 	int16_t blob[CAMERA_MAX];
-	int seed; /* whose projections are those of the guess; -1: not made */
+	int seed;               /* whose projections are those of the guess; -1: not made */
+	uint32_t outvoted_mask; /* cameras whose sight of it was not used in the last shot */
 };
 
 /* Solves with the chosen blobs. False when they give no point. */

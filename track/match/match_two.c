@@ -38,6 +38,7 @@ static bool pair_point(const struct matcher *m, const struct seed *seed, uint32_
 						 {b->x_px, b->y_px},
 						 match_sigma_px(m, cameras[i], b),
 						 b->flags,
+						 false,
 						 NULL};
 	}
 	if (triangulate(sightings, 2, &seed->p_stage_m, &out->fix) ||

@@ -18,7 +18,8 @@ struct sighting {
 	const struct view *view;
 	double pixel[2];
 	double sigma_px;
-	uint16_t flags; /* of the blob, enum blob_flag: how likely it is bad */
+	uint16_t flags;    /* of the blob, enum blob_flag: how likely it is bad */
+	bool was_outvoted; /* in the last shot: what was wrong then may be still */
 	/* of the guess that triangulate() is given, borrowed; NULL: it is made there */
 	const struct projection *at_guess;
 };

@@ -177,7 +177,7 @@ void remember_two_camera(struct labelling *l, const struct tracker_state *state,
 			pose_apply(&l->rt_stage_frame[frame], p->local_m),
 			fmin(fmax(TWO_CAMERA_MIN_M, 2.5 * p->sigma_m),
 			     fmin(TWO_CAMERA_MAX_M, TWO_CAMERA_SHARE * state->labels[i].spacing_m)),
-			(int16_t)i};
+			(int16_t)i, 0};
 		int point = match_two_cameras(matcher, &seed);
 		if (point < 0)
 			continue;
