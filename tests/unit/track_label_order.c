@@ -11,12 +11,15 @@
 
 #include "one_face.h"
 
-enum { UPPER, LOWER, CHEEK, LABELS };
+enum { UPPER, LOWER, CHEEK, ABOUT, LABELS = ABOUT + 3 };
 
 static const struct layout_marker MARKERS[LABELS] = {
 	{.name = "u", .group = "lip_upper", .neutral_m = {0, 0.004, 0.1}},
 	{.name = "d", .group = "lip_lower", .neutral_m = {0, -0.004, 0.1}},
 	{.name = "c", .group = "cheek", .neutral_m = {0.03, 0.01, 0.09}},
+	{.name = "e", .group = "cheek", .neutral_m = {0.06, 0.01, 0.07}},
+	{.name = "f", .group = "cheek", .neutral_m = {0.05, 0.03, 0.07}},
+	{.name = "g", .group = "cheek", .neutral_m = {0.05, -0.02, 0.07}},
 };
 
 static struct point points[LABELS];
@@ -165,6 +168,24 @@ static void far_points_and_known_lights_stay_nobodys(void **test_state)
 	assert_int_equal(l.assign.column_of_row[CHEEK], ASSIGN_NONE);
 }
 
+/* It was seen in the last shot, and those about it, who tell surely, are seen where they were. The
+ * whole face may know better. */
+static void a_light_where_nobody_tells_of_it_is_no_pair(void **test_state)
+{
+	(void)test_state;
+	l.motion.labels[CHEEK].recent = true;
+	for (int k = 0; k < state.labels[CHEEK].neighbour_count; k++)
+		state.labels[CHEEK].neighbours[k].leaves = 0.01;
+	for (int i = ABOUT; i < LABELS; i++)
+		add_point(i, MARKERS[i].neutral_m, i);
+	leave_over(0.006, false);
+	assert_int_equal(l.assign.column_of_row[CHEEK], ASSIGN_NONE);
+	l.told[CHEEK] = (struct told){.known = true, .sigma_m = 1e-4};
+	l.told[CHEEK].local_m = vec3_add(MARKERS[CHEEK].neutral_m, (struct vec3){0.006, 0, 0});
+	leave_over(0.006, false);
+	assert_int_equal(l.assign.column_of_row[CHEEK], 2);
+}
+
 static void what_two_labels_could_mean_is_no_pair(void **test_state)
 {
 	(void)test_state;
@@ -184,6 +205,7 @@ int main(void)
 		cmocka_unit_test_setup(a_lip_seen_there_long_ago_doubts_nobody, make_face),
 		cmocka_unit_test_setup(left_over_near_each_other_are_a_pair, make_face),
 		cmocka_unit_test_setup(far_points_and_known_lights_stay_nobodys, make_face),
+		cmocka_unit_test_setup(a_light_where_nobody_tells_of_it_is_no_pair, make_face),
 		cmocka_unit_test_setup(what_two_labels_could_mean_is_no_pair, make_face),
 	};
 

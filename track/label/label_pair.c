@@ -8,6 +8,9 @@
 #define PAIR_SHARE 0.45 /* of the distance to the next marker */
 #define PAIR_MAX_M 0.007
 #define ALONE_SHARE 1.6 /* every other label is expected so many times as far from the point */
+#define TELLERS_MIN 3   /* neighbours: fewer say nothing */
+#define TOLD_MIN_M 0.0015
+#define TOLD_SIGMA 2.0 /* ... and so many of theirs: no farther from where it is told to be */
 
 static bool is_left_over(const struct labelling *l, const struct tracker_state *state, int row)
 {
@@ -52,6 +55,26 @@ static bool is_meant_by_one(const struct labelling *l, const struct tracker_stat
 	return true;
 }
 
+/* A light that appears while the marker is hidden or merged does not lie where the neighbours have
+ * that, or the whole face, whichever is surer. */
+static bool is_told_there(const struct labelling *l, const struct tracker_state *state, int row,
+			  struct vec3 p_stage_m)
+{
+	const struct label_state *label = &state->labels[row];
+	const struct told *told = &l->told[row];
+	struct vec3 local_m = pose_apply(&l->rt_frame_stage[label->frame], p_stage_m), told_m;
+	double sigma_m;
+
+	if (!l->motion.labels[row].recent ||
+	    predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m) < TELLERS_MIN)
+		return true;
+	if (told->known && told->sigma_m < sigma_m) {
+		told_m = told->local_m;
+		sigma_m = told->sigma_m;
+	}
+	return vec3_distance(told_m, local_m) < TOLD_MIN_M + TOLD_SIGMA * sigma_m;
+}
+
 void label_pair_left_over(struct labelling *l, const struct tracker_state *state)
 {
 	for (int row = 0; row < l->assign.row_count; row++) {
@@ -61,7 +84,8 @@ void label_pair_left_over(struct labelling *l, const struct tracker_state *state
 		int k = nearest_left_over(l, l->expected_m[row], state->labels[row].diameter_m,
 					  &reach_m);
 
-		if (k < 0 || !is_meant_by_one(l, state, row, l->nearby.p_stage_m[k], reach_m))
+		if (k < 0 || !is_meant_by_one(l, state, row, l->nearby.p_stage_m[k], reach_m) ||
+		    !is_told_there(l, state, row, l->nearby.p_stage_m[k]))
 			continue;
 		l->assign.column_of_row[row] = l->nearby.point[k];
 		l->assign.row_of_column[l->nearby.point[k]] = (int16_t)row;
