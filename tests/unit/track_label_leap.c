@@ -32,6 +32,7 @@ static void init_label(int i)
 	state.labels[i].confirmed = true;
 	state.labels[i].seen_ns = NOW_NS - 2 * PERIOD_NS;
 	state.labels[i].filled_m = p.local_m;
+	state.labels[i].camera_mask = 7;
 }
 
 /* One point, three quarters of a spacing from where the marker's own motion has it. */
@@ -89,6 +90,20 @@ static void a_young_name_follows_its_own_motion(void **test_state)
 	assert_int_equal(point.label, BACK);
 }
 
+/* A light comes up beside it, in sight of cameras that do not see the marker. */
+static void a_name_that_other_cameras_see_follows_less_far(void **test_state)
+{
+	(void)test_state;
+	l.predictions.labels[BACK].local_m.z -= 0.3 * SPACING_M;
+	point.fix.used_mask = 0x3c;
+	point.fix.used_count = 4;
+	remember(1);
+	assert_int_equal(point.label, LABEL_NONE);
+	point.fix.used_mask = 0x1e;
+	remember(1);
+	assert_int_equal(point.label, BACK);
+}
+
 /* Two seconds on this point, from nothing. */
 static void hold_without_a_name(double way_m)
 {
@@ -121,6 +136,7 @@ int main(void)
 		cmocka_unit_test_setup(a_name_that_held_follows_where_it_is_expected, make_cheek),
 		cmocka_unit_test_setup(a_young_name_does_not_leap, make_cheek),
 		cmocka_unit_test_setup(a_young_name_follows_its_own_motion, make_cheek),
+		cmocka_unit_test_setup(a_name_that_other_cameras_see_follows_less_far, make_cheek),
 		cmocka_unit_test_setup(holding_still_away_from_rest_proves_nothing, make_cheek),
 		cmocka_unit_test_setup(holding_while_it_moves_gives_the_name, make_cheek),
 	};

@@ -211,17 +211,27 @@ static bool has_leapt(const struct tracker_state *state, const struct labelling 
 		       : jumped;
 }
 
+/* Most of those that see it did not a moment ago: a light may have come up beside the marker. */
+static bool others_see(const struct label_state *label, const struct point *point)
+{
+	uint32_t mask = point->fix.used_mask;
+
+	return label->kind == LABEL_SKIN &&
+	       2 * __builtin_popcount(mask & label->camera_mask) < __builtin_popcount(mask);
+}
+
 /* A name that was not seen for a while, or where its marker was not expected, is given as a new one
- * is. Of one that is only just back the neighbours alone tell where it is: it must lie nearer. */
-static bool is_followed(const struct tracker_state *state, const struct labelling *l, uint32_t i,
-			bool jumped, int64_t now_ns)
+ * is. Of one that is only just back, or that other cameras see now, the neighbours alone tell where
+ * it is: it must lie nearer. */
+static bool is_followed(const struct tracker_state *state, const struct labelling *l,
+			const struct point *point, uint32_t i, bool jumped, int64_t now_ns)
 {
 	const struct label_state *label = &state->labels[i];
 	const struct prediction *p = &l->predictions.labels[i];
 	double off_m = vec3_distance(p->local_m, l->seen_m[i]);
-	double share = p->recent                      ? FOLLOW_SHARE
-		       : was_just_seen(label, now_ns) ? JUST_BACK_SHARE
-						      : 0;
+	double share = p->recent && !others_see(label, point) ? FOLLOW_SHARE
+		       : was_just_seen(label, now_ns)         ? JUST_BACK_SHARE
+							      : 0;
 
 	return label->confirmed && off_m < share * label->spacing_m &&
 	       !has_leapt(state, l, i, jumped) &&
@@ -264,7 +274,7 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 		label->steady_since_ns = 0;
 	}
 	struct point *point = &points[l->point_of_label[i]];
-	bool followed = is_followed(state, l, i, jumped, now_ns) &&
+	bool followed = is_followed(state, l, point, i, jumped, now_ns) &&
 			(point->fix.used_count >= 3 || two_may_follow(state, l, i, now_ns));
 	if (!followed && !may_confirm(state, l, leftovers, point, i, jumped, now_ns))
 		return;
