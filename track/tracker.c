@@ -308,6 +308,7 @@ static void name_shot(struct tracker_state *state, struct tracker_scratch *scrat
 		if (l->found[f] && !frame_is_plausible(state, l, (int)f))
 			drop_frame(state, l, (int)f);
 	remember_two_camera(l, state, m);
+	label_doubt_lonely(l, state);
 	fit_frames(state, l, m->points, fits);
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		anchored[f] = fits[f].rigid_count >= 3;

@@ -40,6 +40,7 @@ static int make_face(void **test_state)
 		l.predictions.labels[i] = (struct prediction){MARKERS[i].neutral_m, 0.0005, true};
 		l.expected_m[i] = pose_apply(&l.rt_stage_frame[0], MARKERS[i].neutral_m);
 		l.assign.column_of_row[i] = l.assign.row_of_column[i] = ASSIGN_NONE;
+		l.point_of_label[i] = ASSIGN_NONE;
 	}
 	return 0;
 }
@@ -116,6 +117,38 @@ static void pressed_lips_have_no_name(void **test_state)
 	assert_true(l.doubtful[UPPER]);
 	assert_true(l.doubtful[LOWER]);
 	assert_false(l.doubtful[CHEEK]);
+}
+
+/* The lower one has a point of two cameras that lies so much below the upper one's. */
+static void press_between_two_cameras(double apart_m)
+{
+	l.point_of_label[LOWER] = 1;
+	l.seen_m[LOWER] = MARKERS[UPPER].neutral_m;
+	l.seen_m[LOWER].y -= apart_m;
+	l.point_of_label[UPPER] = 0;
+	press(0.002);
+}
+
+static void lips_that_two_cameras_part_keep_their_names(void **test_state)
+{
+	(void)test_state;
+	press_between_two_cameras(0.0024);
+	assert_false(l.doubtful[UPPER]);
+	assert_false(l.doubtful[LOWER]);
+	label_doubt_lonely(&l, &state);
+	assert_int_equal(l.point_of_label[UPPER], 0);
+	assert_int_equal(l.point_of_label[LOWER], 1);
+}
+
+static void lips_that_two_cameras_have_upside_down_have_no_name(void **test_state)
+{
+	(void)test_state;
+	press_between_two_cameras(-0.0024);
+	assert_true(l.doubtful[UPPER]);
+	assert_true(l.doubtful[LOWER]);
+	label_doubt_lonely(&l, &state);
+	assert_int_equal(l.point_of_label[UPPER], ASSIGN_NONE);
+	assert_int_equal(l.point_of_label[LOWER], ASSIGN_NONE);
 }
 
 static void a_lip_hidden_elsewhere_doubts_nobody(void **test_state)
@@ -201,6 +234,9 @@ int main(void)
 		cmocka_unit_test_setup(lips_the_wrong_way_round_are_exchanged, make_face),
 		cmocka_unit_test_setup(lips_in_order_and_single_ones_stay, make_face),
 		cmocka_unit_test_setup(pressed_lips_have_no_name, make_face),
+		cmocka_unit_test_setup(lips_that_two_cameras_part_keep_their_names, make_face),
+		cmocka_unit_test_setup(lips_that_two_cameras_have_upside_down_have_no_name,
+				       make_face),
 		cmocka_unit_test_setup(a_lip_hidden_elsewhere_doubts_nobody, make_face),
 		cmocka_unit_test_setup(a_lip_seen_there_long_ago_doubts_nobody, make_face),
 		cmocka_unit_test_setup(left_over_near_each_other_are_a_pair, make_face),

@@ -87,10 +87,13 @@ bool label_order_tells(const struct tracker_state *state, int row, int other_row
 /* Doubts a point that either of two such markers may be, or both. */
 void label_doubt_pressed(struct labelling *labelling, const struct tracker_state *state);
 
+/* After two cameras were asked: takes away the names of points that a label still without one may
+ * be in, or could claim nearly as well. */
+void label_doubt_lonely(struct labelling *labelling, const struct tracker_state *state);
+
 /* The face as a whole, where it was laid on the points, has another point for the label or none. */
 bool label_is_laid_elsewhere(const struct labelling *labelling, const struct tracker_state *state,
 			     int label);
 
-/* Takes away the names that another label without a point could claim nearly as well, and those
- * that could as well be elsewhere; fills the margins. */
+/* Takes away the names that could as well be another's, or elsewhere; fills the margins. */
 void label_abstain(struct labelling *labelling, const struct tracker_state *state);

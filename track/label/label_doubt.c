@@ -177,16 +177,27 @@ void label_abstain(struct labelling *l, const struct tracker_state *state)
 				 label_is_laid_elsewhere(l, state, r);
 	}
 	for (int r = 0; r < a->row_count; r++) {
-		if (a->column_of_row[r] != ASSIGN_NONE)
+		l->point_of_label[r] = l->doubtful[r] ? ASSIGN_NONE : a->column_of_row[r];
+		l->seen[r] = l->point_of_label[r] != ASSIGN_NONE;
+	}
+}
+
+void label_doubt_lonely(struct labelling *l, const struct tracker_state *state)
+{
+	const struct assign *a = &l->assign;
+
+	for (int r = 0; r < a->row_count; r++) {
+		if (a->column_of_row[r] != ASSIGN_NONE || l->point_of_label[r] != ASSIGN_NONE)
 			continue;
 		doubt_shared(l, state, r);
 		doubt_claimed(l, r);
 	}
 	label_doubt_pressed(l, state);
-	for (int r = 0; r < a->row_count; r++) {
-		l->point_of_label[r] = l->doubtful[r] ? ASSIGN_NONE : a->column_of_row[r];
-		l->seen[r] = l->point_of_label[r] != ASSIGN_NONE;
-	}
+	for (int r = 0; r < a->row_count; r++)
+		if (l->doubtful[r]) {
+			l->point_of_label[r] = ASSIGN_NONE;
+			l->seen[r] = false;
+		}
 }
 
 /* Two others of the segment were there a moment ago and still are, and the three lie as they

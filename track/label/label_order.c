@@ -58,6 +58,13 @@ static bool is_pressed(const struct labelling *l, const struct tracker_state *st
 		(just_seen && vec3_distance(label->local_m, l->seen_m[row]) < PRESSED_LAST_M));
 }
 
+/* Two cameras alone see the other, where it should be. */
+static bool are_apart(const struct labelling *l, int upper, int lower)
+{
+	return l->point_of_label[upper] != ASSIGN_NONE && l->point_of_label[lower] != ASSIGN_NONE &&
+	       l->seen_m[upper].y > l->seen_m[lower].y;
+}
+
 void label_doubt_pressed(struct labelling *l, const struct tracker_state *state)
 {
 	const struct assign *a = &l->assign;
@@ -65,8 +72,10 @@ void label_doubt_pressed(struct labelling *l, const struct tracker_state *state)
 	for (int upper = 0; upper < a->row_count; upper++) {
 		int lower = state->labels[upper].below;
 
-		if (lower < 0 || (a->column_of_row[upper] == ASSIGN_NONE) ==
-					 (a->column_of_row[lower] == ASSIGN_NONE))
+		if (lower < 0 ||
+		    (a->column_of_row[upper] == ASSIGN_NONE) ==
+			    (a->column_of_row[lower] == ASSIGN_NONE) ||
+		    are_apart(l, upper, lower))
 			continue;
 		bool has_upper = a->column_of_row[upper] != ASSIGN_NONE;
 		int lonely = has_upper ? lower : upper, row = has_upper ? upper : lower;

@@ -112,3 +112,6 @@ void match_leftovers(struct matcher *matcher);
 /* Looks for a point near the seed that only two cameras see, and adds it. Ambiguity is refused.
  * Returns its index, or -1. */
 int match_two_cameras(struct matcher *matcher, const struct seed *seed);
+
+/* The last point was not what it was looked for: its blobs are free again. */
+void match_give_back(struct matcher *matcher);

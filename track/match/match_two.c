@@ -124,3 +124,12 @@ int match_two_cameras(struct matcher *m, const struct seed *seed)
 	m->points[m->point_count] = best[0].point;
 	return (int)m->point_count++;
 }
+
+void match_give_back(struct matcher *m)
+{
+	const struct point *last = &m->points[--m->point_count];
+
+	for (uint32_t c = 0; c < m->camera_count; c++)
+		if (last->claimed_mask & (1u << c))
+			m->cameras[c].owner[last->blob[c]] = -1;
+}

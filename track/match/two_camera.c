@@ -183,8 +183,10 @@ void remember_two_camera(struct labelling *l, const struct tracker_state *state,
 			continue;
 		const struct point *found = &matcher->points[point];
 		struct vec3 local_m = pose_apply(&l->rt_frame_stage[frame], found->fix.p_stage_m);
-		if (!is_it(l, state, matcher, i, found, local_m))
+		if (!is_it(l, state, matcher, i, found, local_m)) {
+			match_give_back(matcher); /* nothing else confirms it */
 			continue;
+		}
 		l->point_of_label[i] = (int16_t)point;
 		l->seen[i] = true;
 		l->seen_m[i] = local_m;
