@@ -258,6 +258,30 @@ static void average(const struct readings *r, struct doubt *out)
 			out->bad_mask |= 1u << c;
 }
 
+/* Whom the views that want the point there put in doubt. */
+static void suspect_all(struct readings *r, const struct sighting *sightings,
+			const struct equation *equations, const struct sums *sums, int count,
+			struct vec3 step)
+{
+	r->suspect_count = 0;
+	for (int i = 0; i < count; i++) {
+		struct suspect suspect =
+			suspect_of(i, &sightings[i], &equations[i], &sums[i], step);
+
+		add_suspect(r, &suspect);
+	}
+}
+
+static const struct reading *best_reading(const struct readings *r)
+{
+	const struct reading *best = &r->list[0];
+
+	for (int k = 1; k < r->count; k++)
+		if (r->list[k].log_weight > best->log_weight)
+			best = &r->list[k];
+	return best;
+}
+
 int doubt_views(const struct sighting *sightings, const struct equation *equations, int count,
 		struct doubt *out)
 {
@@ -265,7 +289,7 @@ int doubt_views(const struct sighting *sightings, const struct equation *equatio
 	struct sums sums[CAMERA_MAX];
 	struct belief all_good = {.bad_mask = 0};
 
-	r.suspect_count = r.count = 0;
+	r.count = 0;
 	for (int i = 0; i < count; i++) {
 		sums[i] = sums_of(&equations[i]);
 		sums_add(&all_good.sums, &sums[i], 1);
@@ -273,13 +297,16 @@ int doubt_views(const struct sighting *sightings, const struct equation *equatio
 	add_reading(&r, &all_good);
 	if (r.count == 0)
 		return -EDOM;
-	for (int i = 0; i < count; i++) {
-		struct suspect suspect =
-			suspect_of(i, &sightings[i], &equations[i], &sums[i], r.list[0].step);
-
-		add_suspect(&r, &suspect);
-	}
+	suspect_all(&r, sightings, equations, sums, count, r.list[0].step);
 	add_bad(&r, &all_good);
+	if (count > SUSPECT_MAX && best_reading(&r)->bad_mask) {
+		/* One that lies and boasts made suspects of those that it contradicts. */
+		struct vec3 step = best_reading(&r)->step;
+
+		suspect_all(&r, sightings, equations, sums, count, step);
+		r.count = 1;
+		add_bad(&r, &all_good);
+	}
 	for (int i = 0; i < r.suspect_count; i++)
 		add_poor(&r, &all_good, &r.suspects[i]);
 	add_boast(&r, &all_good.sums, count);

@@ -13,9 +13,10 @@
 #include "track/view_many.h"
 
 #define VIEWS 6
+#define ALL_VIEWS 10
 #define FOCAL_PX 1500.0
 
-static struct view views[VIEWS];
+static struct view views[ALL_VIEWS];
 
 static bool project(const void *user, struct vec3 p, double pixel[2])
 {
@@ -32,14 +33,15 @@ static bool unproject(const void *user, const double pixel[2], struct vec3 *v)
 	return true;
 }
 
-/* Cameras on an arc of 100 degrees, 1.6 m from the stage's origin, looking at it. */
+/* Cameras on an arc of 100 degrees, and four more behind its end, 1.6 m from the stage's origin,
+ * looking at it. */
 static int make_views(void **state)
 {
 	struct lens_model model = {project, unproject, NULL};
 	double bad[2];
 
 	(void)state;
-	for (int i = 0; i < VIEWS; i++) {
+	for (int i = 0; i < ALL_VIEWS; i++) {
 		double angle = (i - 2.5) * 0.35;
 		struct pose turn = pose_from_rotation_vector((struct vec3){0, angle, 0});
 
@@ -53,7 +55,7 @@ static int make_views(void **state)
 static int free_views(void **state)
 {
 	(void)state;
-	for (int i = 0; i < VIEWS; i++)
+	for (int i = 0; i < ALL_VIEWS; i++)
 		view_finish(&views[i]);
 	return 0;
 }
@@ -354,6 +356,65 @@ static void sigmas_that_are_all_too_small_leave_no_view_out(void **state)
 	assert_true(sum / 1000 < 2);
 }
 
+static void turn_aside(struct rng *rng, double off_px, struct sighting *sighting)
+{
+	double turn_rad = 6.28 * rng_uniform(rng);
+
+	sighting->pixel[0] += off_px * cos(turn_rad);
+	sighting->pixel[1] += off_px * sin(turn_rad);
+}
+
+/* The one that boasts puts those in doubt who contradict it, and hides the other one so. */
+static void two_of_ten_that_lie_are_found_where_one_boasts(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[ALL_VIEWS];
+	struct fix fix;
+	int found = 0;
+
+	(void)state;
+	rng_init(&rng, 15, 0);
+	for (int trial = 0; trial < 500; trial++) {
+		struct vec3 p = random_point(&rng);
+
+		sight_with_liar(&rng, p, ALL_VIEWS, 0.03, 0, sightings);
+		sightings[3].sigma_px = 0.01;
+		turn_aside(&rng, 1.5, &sightings[3]);
+		sightings[6].sigma_px = 0.09;
+		turn_aside(&rng, 1, &sightings[6]);
+		assert_int_equal(triangulate(sightings, ALL_VIEWS, NULL, &fix), 0);
+		found += fix.used_mask == 0x3b7 && vec3_distance(fix.p_stage_m, p) < 2e-4;
+	}
+	print_message("# %d of 500\n", found);
+	assert_true(found > 490);
+}
+
+/* Beside halves of spots that are not exact enough to contradict it. */
+static void a_touching_spot_may_be_both(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[3];
+	struct fix fix;
+	double sum = 0;
+
+	(void)state;
+	rng_init(&rng, 16, 0);
+	for (int trial = 0; trial < 2000; trial++) {
+		struct vec3 p = random_point(&rng);
+
+		sight_with_liar(&rng, p, 3, 0.22, 0, sightings);
+		assert_true(view_project(&views[0], p, sightings[0].pixel, NULL));
+		sightings[0].sigma_px = 0.04;
+		sightings[0].flags = BLOB_MERGED;
+		if (trial % 10 == 0)
+			turn_aside(&rng, 1, &sightings[0]);
+		assert_int_equal(triangulate(sightings, 3, NULL, &fix), 0);
+		sum += squared_sigmas(vec3_sub(fix.p_stage_m, p), fix.cov_m2) / 3;
+	}
+	print_message("# nees / 3 = %.2f\n", sum / 2000);
+	assert_true(sum / 2000 < 3);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -368,6 +429,8 @@ int main(void)
 		cmocka_unit_test(a_merged_blob_is_the_first_to_be_suspected),
 		cmocka_unit_test(who_was_outvoted_is_suspected_again),
 		cmocka_unit_test(sigmas_that_are_all_too_small_leave_no_view_out),
+		cmocka_unit_test(two_of_ten_that_lie_are_found_where_one_boasts),
+		cmocka_unit_test(a_touching_spot_may_be_both),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

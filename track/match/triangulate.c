@@ -18,6 +18,8 @@
 #define SUSPECT_SPREADS 2.5 /* views disagree when chi2 is so much above its mean ... */
 #define SUSPECT_MIN_PX 0.12 /* ... and one is farther off than what calibration leaves */
 #define DOUBTS_MAX 4        /* each from where the last one led */
+#define FEW_VIEWS 4
+#define PLAIN_PX 0.2   /* the sigma of a spot that was not parted, at most */
 #define WIDEN_CHI2 4.0 /* per degree of freedom; covariance follows the residuals beyond this */
 
 /* Closest point to all rays (least squares in space): where Gauss-Newton starts. Returns -EDOM when
@@ -171,6 +173,18 @@ static bool views_disagree(const struct equation *equations, int count, const st
 	return false;
 }
 
+/* A spot that touches another may be both: where few views could contradict it, it is asked also
+ * when none does. */
+static bool may_be_misled(const struct sighting *sightings, int count)
+{
+	if (count < 3 || count > FEW_VIEWS)
+		return false;
+	for (int i = 0; i < count; i++)
+		if (sightings[i].flags & BLOB_MERGED && sightings[i].sigma_px < PLAIN_PX)
+			return true;
+	return false;
+}
+
 /* The point by all readings of which views are bad, starting at the equations of the last step. */
 static int doubt(const struct sighting *sightings, int count, struct equation *equations,
 		 struct fix *fix, struct vec3 step)
@@ -220,7 +234,7 @@ int triangulate(const struct sighting *sightings, int count, const struct vec3 *
 	if (error)
 		return error;
 	measure(equations, count, count == 32 ? ~0u : (1u << count) - 1, step, &fix);
-	if (!views_disagree(equations, count, &fix, step))
+	if (!views_disagree(equations, count, &fix, step) && !may_be_misled(sightings, count))
 		widen(&fix);
 	else if ((error = doubt(sightings, count, equations, &fix, step)))
 		return error;
