@@ -17,7 +17,7 @@
 #define RISE_SHARE 0.15     /* of what an error is above what was thought, in one shot ... */
 #define FALL_SHARE 0.01     /* ... and below */
 #define RATIO_MIN 0.5       /* what is lost does worse than what is only held to be */
-#define UNKNOWN_RATIO 4.0   /* of a marker that was seldom seen so far, on top */
+#define UNKNOWN_RATIO 2.0   /* of a marker that was seldom seen so far, on top */
 #define UNKNOWN_S 1.0
 #define FACE_ERRS 1.3 /* what the patterns of a face do not tell, on top */
 #define ABOUT_MIN 3

@@ -170,6 +170,19 @@ void predict_from_face(const struct predictions *motion, const struct told *told
 		take_better(&told[i], &out->labels[i]);
 }
 
+/* Who contradict each other by more than they claim both err, as much more (Birge 1932). */
+static void contradict(struct told *told, struct prediction *p)
+{
+	struct vec3 apart = vec3_sub(told->local_m, p->local_m);
+	double claim2_m2 = told->sigma_m * told->sigma_m + p->sigma_m * p->sigma_m;
+	double over = told->known ? vec3_dot(apart, apart) / claim2_m2 : 0;
+
+	if (over <= 1)
+		return;
+	told->sigma_m *= sqrt(over);
+	p->sigma_m *= sqrt(over);
+}
+
 static struct prediction fill_stale(const struct tracker_state *state,
 				    const struct label_state *label, int64_t now_ns,
 				    const bool *seen, const struct vec3 *seen_m,
@@ -184,7 +197,9 @@ static struct prediction fill_stale(const struct tracker_state *state,
 	if (label->confirmed)
 		fade = exp(-(double)(now_ns - label->seen_ns) * 1e-9 / OFFSET_FADE_S);
 	filled.local_m = vec3_add(filled.local_m, vec3_scale(label->offset_m, fade));
-	take_better(told, &filled);
+	struct told face = *told;
+	contradict(&face, &filled);
+	take_better(&face, &filled);
 	filled.sigma_m = fmax(filled.sigma_m, SIGMA_MIN_M);
 	return filled;
 }

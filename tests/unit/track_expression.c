@@ -77,12 +77,10 @@ static void see(struct face *face, double time_s, double scale, struct vec3 seen
 				     random_vec3(&face->rng, NOISE_M));
 }
 
-static int64_t watch(struct face *face, double seconds)
+static int64_t watch_those(struct face *face, const bool *those, double seconds)
 {
-	bool all[LABEL_MAX];
 	int64_t now_ns = SHOT_NS;
 
-	memset(all, true, sizeof(all));
 	memset(&tracker, 0, sizeof(tracker));
 	predict_init(&tracker, &face->layout);
 	for (; now_ns < seconds * 1e9; now_ns += SHOT_NS) {
@@ -90,10 +88,18 @@ static int64_t watch(struct face *face, double seconds)
 		struct expression now;
 
 		see(face, (double)now_ns * 1e-9, 1, seen_m);
-		expression_solve(&tracker, 0, now_ns, all, seen_m, &now);
-		expression_learn(&tracker, 0, &now, now_ns, SHOT_NS * 1e-9, all, seen_m);
+		expression_solve(&tracker, 0, now_ns, those, seen_m, &now);
+		expression_learn(&tracker, 0, &now, now_ns, SHOT_NS * 1e-9, those, seen_m);
 	}
 	return now_ns;
+}
+
+static int64_t watch(struct face *face, double seconds)
+{
+	bool all[LABEL_MAX];
+
+	memset(all, true, sizeof(all));
+	return watch_those(face, all, seconds);
 }
 
 static double rms_of_hidden_m(struct face *face, const bool *tells, const struct vec3 *seen_m,
@@ -164,6 +170,38 @@ static void one_wrong_name_does_not_mislead_the_rest(void **state)
 	assert_true(rms_m < 0.0008);
 }
 
+/* Of a marker that was never seen the patterns say that it moves as those that were, not farther.
+ */
+static void who_was_never_watched_moves_no_farther_than_others(void **state)
+{
+	static struct face face;
+	static struct told told[LABEL_MAX];
+	struct vec3 seen_m[LABEL_MAX];
+	struct expression now;
+	bool tells[LABEL_MAX];
+	double sum2_m2 = 0, of_sigma2;
+
+	(void)state;
+	make_face(&face);
+	for (int p = 0; p < PATTERNS; p++)
+		for (int i = 0; i < MARKERS; i++)
+			face.shift_m[p][i] = vec3_scale(face.shift_m[p][i], 0.3);
+	for (int i = 0; i < LABEL_MAX; i++)
+		tells[i] = i % 3 != 0;
+	int64_t now_ns = watch_those(&face, tells, 4);
+	see(&face, (double)now_ns * 1e-9, 1, seen_m);
+	double rms_m = rms_of_hidden_m(&face, tells, seen_m, now_ns, 1, &of_sigma2);
+	expression_solve(&tracker, 0, now_ns, tells, seen_m, &now);
+	expression_tell(&tracker, 0, &now, tells, told);
+	for (int i = 0; i < MARKERS; i += 3)
+		sum2_m2 += told[i].sigma_m * told[i].sigma_m;
+	double sigma_m = sqrt(sum2_m2 / (MARKERS / 3));
+	print_message("# never watched: %.1f mm rms, sigma %.1f mm, (error / sigma)^2 %.2f\n",
+		      1e3 * rms_m, 1e3 * sigma_m, of_sigma2);
+	assert_true(of_sigma2 < 1.5);
+	assert_true(sigma_m < 5 * rms_m);
+}
+
 static void few_markers_tell_nothing(void **state)
 {
 	static struct face face;
@@ -188,6 +226,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(hidden_markers_are_where_the_face_has_them),
 		cmocka_unit_test(one_wrong_name_does_not_mislead_the_rest),
+		cmocka_unit_test(who_was_never_watched_moves_no_farther_than_others),
 		cmocka_unit_test(few_markers_tell_nothing),
 	};
 

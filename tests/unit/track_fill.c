@@ -21,7 +21,7 @@ static const struct run RUNS[] = {
 	{{.scene = "02-hidden", .seed = 22, .face_speed_m_s = 0.5}, 600, 600},
 	{{.scene = "04-head-shake", .seed = 23, .face_speed_m_s = 0.9}, 0, 960},
 	{{.scene = "11-body-and-face", .seed = 24, .face_speed_m_s = 0.8}, 0, 600},
-	{{.scene = "dense-thirty", .seed = 25}, 0, 300},
+	{{.scene = "dense-thirty", .seed = 25}, 0, 450},
 };
 
 static void play(const struct run *run, struct score *score)

@@ -198,16 +198,50 @@ static float variance_mm2(const struct expression_row *row, int count,
 	return (sum[0] + sum[1] + sum[2] + sum[3]) / 3;
 }
 
+/* How far each pattern moves the marker that it moves most, squared, per axis: not known of a face
+ * that was hardly watched. */
+static void find_reach(const struct tracker_state *state, int actor, float reach_mm2[PATTERN_MAX])
+{
+	const struct frame_state *f = &state->frames[actor];
+	int count = whole_fours(state->expressions[actor].count);
+
+	for (int k = 0; k < PATTERN_MAX; k++)
+		reach_mm2[k] = expression_is_learned(state, actor) ? 0 : INFINITY;
+	for (int i = f->label_first; i < f->label_end; i++) {
+		const float(*u)[PATTERN_MAX] = state->rows[i].shift_mm;
+
+		if (!is_skin(state, i, actor))
+			continue;
+		for (int k = 0; k < count; k++) {
+			float x = u[0][k], y = u[1][k], z = u[2][k];
+			float its_mm2 = (x * x + y * y + z * z) / 3;
+
+			reach_mm2[k] = its_mm2 > reach_mm2[k] ? its_mm2 : reach_mm2[k];
+		}
+	}
+}
+
+/* What a row is off by, as far as it was not watched while there was such an amount of a pattern:
+ * the pattern moves no marker by more than its reach. */
+static float unwatched_mm2(const struct expression_row *row, const float *amount, int count,
+			   const float reach_mm2[PATTERN_MAX])
+{
+	float sample_mm2 = SAMPLE_S * (row->worst_mm2 + VAGUE_MM2), sum = 0;
+
+	for (int k = 0; k < count; k++)
+		sum += amount[k] * amount[k] * sample_mm2 /
+		       (row->square[k][k] + fmaxf(KEEP_S, sample_mm2 / reach_mm2[k]));
+	return sum;
+}
+
 static struct told tell_row(const struct expression_row *row, const struct expression *expression,
-			    struct vec3 master_m)
+			    const float reach_mm2[PATTERN_MAX], struct vec3 master_m)
 {
 	const float *amount = expression->amount, none[3] = {0};
 	float variance = row->worst_mm2 + variance_mm2(row, expression->count, expression->spread),
 	      off[3];
 
-	for (int k = 0; k < expression->count; k++)
-		variance += SAMPLE_S * (row->worst_mm2 + VAGUE_MM2) * amount[k] * amount[k] /
-			    (row->square[k][k] + KEEP_S);
+	variance += unwatched_mm2(row, amount, expression->count, reach_mm2);
 	row_off_mm(row, amount, expression->count, none, off);
 	return (struct told){
 		true, vec3_sub(master_m, vec3_scale((struct vec3){off[0], off[1], off[2]}, MM)),
@@ -218,12 +252,15 @@ void expression_tell(const struct tracker_state *state, int actor,
 		     const struct expression *expression, const bool *tells, struct told *out)
 {
 	const struct frame_state *f = &state->frames[actor];
+	float reach_mm2[PATTERN_MAX];
 
+	find_reach(state, actor, reach_mm2);
 	for (int i = f->label_first; i < f->label_end; i++) {
 		if (!is_skin(state, i, actor))
 			continue;
 		out[i].known = false;
 		if (expression->known && !tells[i])
-			out[i] = tell_row(&state->rows[i], expression, state->labels[i].master_m);
+			out[i] = tell_row(&state->rows[i], expression, reach_mm2,
+					  state->labels[i].master_m);
 	}
 }

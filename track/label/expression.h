@@ -11,6 +11,14 @@
 
 #include "track/tracker_state.h"
 
+#define EXPRESSION_LEARNED_S 2.0 /* of watching a face */
+
+/* It was watched for long enough that the face as a whole may tell names. */
+static inline bool expression_is_learned(const struct tracker_state *state, int actor)
+{
+	return state->expressions[actor].learned_s > EXPRESSION_LEARNED_S;
+}
+
 /* How much of each pattern there is in one shot. */
 struct expression {
 	bool known;

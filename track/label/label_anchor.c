@@ -7,7 +7,6 @@
 
 #define HELD_S 0.3
 #define HOLDING_MIN 3
-#define LEARNED_S 2.0  /* of watching the face, before it tells as a whole */
 #define NEAR_SHARE 0.3 /* of the distance to the next marker */
 #define NEAR_SIGMA 3.5
 #define SURE_SIGMA 2.5 /* from there to the next marker */
@@ -91,8 +90,7 @@ bool label_is_anchored(const struct labelling *l, const struct tracker_state *st
 	if (own->kind != LABEL_SKIN)
 		return false;
 	ask_neighbours(l, state, label, &told_m, &sigma_m);
-	if (told->known && told->sigma_m < sigma_m &&
-	    state->expressions[own->actor].learned_s > LEARNED_S) {
+	if (told->known && told->sigma_m < sigma_m && expression_is_learned(state, own->actor)) {
 		told_m = told->local_m;
 		sigma_m = told->sigma_m;
 	}

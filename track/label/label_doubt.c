@@ -24,7 +24,6 @@
 #define PLAIN_SHARE 0.35  /* of the distance to the next marker */
 #define PLAIN_MAX_M 0.005
 #define RIVAL_M 0.001
-#define TOLD_AFTER_S 2.0 /* of watching it */
 #define HELD_S 0.3
 #define HELD_OFF_M 0.0015 /* of three markers of a segment, from where it has them */
 #define HOLDING_MIN 3
@@ -260,7 +259,7 @@ bool label_is_told(const struct labelling *l, const struct tracker_state *state,
 	const struct told *told = &l->told[label];
 
 	if (own->kind != LABEL_SKIN || !told->known || l->margin[label] < TOLD_MARGIN ||
-	    state->expressions[own->actor].learned_s < TOLD_AFTER_S)
+	    !expression_is_learned(state, own->actor))
 		return false;
 	double off_m = vec3_distance(told->local_m, l->seen_m[label]);
 	return off_m < TOLD_SIGMA * told->sigma_m && off_m < TOLD_SHARE * own->spacing_m &&
