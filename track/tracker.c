@@ -23,6 +23,7 @@
 
 #define FRAME_KEPT_S 0.25 /* what is not measured for longer is looked for anew */
 #define SEED_RADIUS_M 0.004
+#define STRAINED_CHI2 9.0 /* per degree of freedom: three sigmas */
 #define UNRESOLVED_PX 0.5f
 #define LEARN_GAP_MAX_S 0.1 /* a longer gap teaches no more */
 #define NAMED_SHARE_MIN 0.2 /* fewer names than this share of the points: the head is wrong */
@@ -285,6 +286,7 @@ static void measure_points(const struct tracker_state *state, const struct match
 
 	for (uint32_t p = 0; p < m->point_count; p++) {
 		l->sizes[p] = point_size(m, &state->blur, &m->points[p]);
+		l->is_strained[p] = m->points[p].fix.chi2_per_dof > STRAINED_CHI2;
 		skip[p] = point_size_is_larger(&l->sizes[p], state->diameter_max_m) ||
 			  point_size_is_smaller(&l->sizes[p], state->diameter_min_m) ||
 			  is_unsure(m, &m->points[p]);

@@ -201,6 +201,14 @@ static void far_points_and_known_lights_stay_nobodys(void **test_state)
 	assert_int_equal(l.assign.column_of_row[CHEEK], ASSIGN_NONE);
 }
 
+static void point_whose_views_hardly_agree_is_no_pair(void **test_state)
+{
+	(void)test_state;
+	l.is_strained[2] = true;
+	leave_over(0.005, false);
+	assert_int_equal(l.assign.column_of_row[CHEEK], ASSIGN_NONE);
+}
+
 /* It was seen in the last shot, and those about it, who tell surely, are seen where they were. The
  * whole face may know better. */
 static void a_light_where_nobody_tells_of_it_is_no_pair(void **test_state)
@@ -241,6 +249,7 @@ int main(void)
 		cmocka_unit_test_setup(a_lip_seen_there_long_ago_doubts_nobody, make_face),
 		cmocka_unit_test_setup(left_over_near_each_other_are_a_pair, make_face),
 		cmocka_unit_test_setup(far_points_and_known_lights_stay_nobodys, make_face),
+		cmocka_unit_test_setup(point_whose_views_hardly_agree_is_no_pair, make_face),
 		cmocka_unit_test_setup(a_light_where_nobody_tells_of_it_is_no_pair, make_face),
 		cmocka_unit_test_setup(what_two_labels_could_mean_is_no_pair, make_face),
 	};

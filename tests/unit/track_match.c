@@ -235,6 +235,32 @@ static void images_full_of_garbage_cost_little_more_a_blob_than_markers(void **s
 	world_finish(&world);
 }
 
+/* A point of five halves, one in each camera, whose other halves are of those markers; of marker -1
+ * no point has the other half. */
+static int sure_views_of_halves(const int16_t others[5])
+{
+	struct point point = {.fix = {.used_mask = 0x1f, .used_count = 5}};
+
+	for (int c = 0; c < 5; c++) {
+		matcher.cameras[c].blobs = matcher.parted[c];
+		matcher.other_half[c][0] = 1;
+		matcher.other_half[c][1] = 0;
+		matcher.part_label[c][0] = 3;
+		matcher.part_label[c][1] = others[c];
+		matcher.cameras[c].owner[1] = others[c];
+	}
+	return match_sure_views(&matcher, &point);
+}
+
+static void halves_of_other_pairs_take_away(void **state)
+{
+	(void)state;
+	assert_int_equal(sure_views_of_halves((int16_t[]){7, 7, 7, 7, 7}), 5);
+	assert_int_equal(sure_views_of_halves((int16_t[]){7, 7, 7, -1, -1}), 3);
+	assert_int_equal(sure_views_of_halves((int16_t[]){7, 7, 7, 7, 2}), 3);
+	assert_int_equal(sure_views_of_halves((int16_t[]){7, 7, 7, 2, -1}), 2);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -245,6 +271,7 @@ int main(void)
 		cmocka_unit_test(who_was_outvoted_a_moment_ago_is_again),
 		cmocka_unit_test(every_blob_belongs_to_one_point_at_most),
 		cmocka_unit_test(images_full_of_garbage_cost_little_more_a_blob_than_markers),
+		cmocka_unit_test(halves_of_other_pairs_take_away),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

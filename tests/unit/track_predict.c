@@ -1,5 +1,6 @@
 /*
- * Where a hidden marker is expected when its neighbours and the whole face tell of two places.
+ * Where a hidden marker is expected when its neighbours and the whole face tell of two places, and
+ * which point may be it.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -13,6 +14,8 @@
 #define SIDE 3
 #define SPACING_M 0.01
 #define FACE_SIGMA_M 0.001
+
+static const struct pose UNTURNED = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
 
 enum { HIDDEN = 4, LABELS = SIDE * SIDE };
 
@@ -73,11 +76,41 @@ static void who_contradict_each_other_are_not_sure(void **test_state)
 	}
 }
 
+/* The label that was given the one point, so far from where the hidden one is expected. */
+static int named_by_label_points(double off_m, bool is_strained)
+{
+	static struct point point;
+	int row = -1;
+
+	point = (struct point){.claimed_mask = 7, .label = LABEL_NONE};
+	point.fix = (struct fix){.p_stage_m = state.labels[HIDDEN].master_m, .used_count = 3};
+	point.fix.p_stage_m.z += off_m;
+	predict_motion(&state, 1000000000, &l.motion);
+	l.found[0] = true;
+	l.rt_stage_frame[0] = UNTURNED;
+	l.is_strained[0] = is_strained;
+	nearby_build(&l.nearby, &point, 1, NULL);
+	label_points(&l, &state, &point, 1, 1000000000);
+	for (int i = 0; i < LABELS; i++)
+		row = l.assign.column_of_row[i] == 0 ? i : row;
+	return row;
+}
+
+static void views_that_hardly_agree_are_a_marker_only_where_it_is_expected(void **test_state)
+{
+	(void)test_state;
+	assert_int_equal(named_by_label_points(0.003, false), HIDDEN);
+	assert_int_equal(named_by_label_points(0.001, true), HIDDEN);
+	assert_int_equal(named_by_label_points(0.003, true), -1);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(who_agree_are_as_sure_as_the_surer, make_cheek),
 		cmocka_unit_test_setup(who_contradict_each_other_are_not_sure, make_cheek),
+		cmocka_unit_test_setup(
+			views_that_hardly_agree_are_a_marker_only_where_it_is_expected, make_cheek),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define GATE_SIGMA 3.5
-#define GATE_MIN_M 0.0015
+#define GATE_MIN_M 0.0015 /* all the gate for a point whose views hardly agree */
 #define GATE_MAX_M 0.015
 #define POINTS_PER_LABEL 8
 #define SKIP_COST 40.0 /* above any cost inside the gate */
@@ -57,7 +57,8 @@ static int find_edges(const struct labelling *l, struct vec3 expected_m, double 
 		struct vec3 off = vec3_sub(nearby->p_stage_m[k], expected_m);
 		double distance2_m2 = vec3_dot(off, off);
 
-		if (distance2_m2 >= gate_m * gate_m ||
+		double reach_m = l->is_strained[nearby->point[k]] ? GATE_MIN_M : gate_m;
+		if (distance2_m2 >= reach_m * reach_m ||
 		    !point_size_fits(&l->sizes[nearby->point[k]], diameter_m))
 			continue;
 		double ratio = sqrt(distance2_m2) / sigma_m;

@@ -32,6 +32,7 @@ static int nearest_left_over(const struct labelling *l, struct vec3 expected_m, 
 		double distance_m = vec3_distance(n->p_stage_m[k], expected_m);
 
 		if (distance_m >= *reach_m || l->is_ghost[n->point[k]] ||
+		    l->is_strained[n->point[k]] ||
 		    l->assign.row_of_column[n->point[k]] != ASSIGN_NONE ||
 		    !point_size_fits(&l->sizes[n->point[k]], diameter_m))
 			continue;

@@ -65,6 +65,7 @@ struct matcher {
 	struct blob parted[CAMERA_MAX][BLOB_MAX]; /* of cameras with merged spots: their blobs */
 	int16_t other_half[CAMERA_MAX]
 			  [BLOB_MAX]; /* ... and of which blob each is a half, or none */
+	int16_t part_label[CAMERA_MAX][BLOB_MAX]; /* ... and whose half it is */
 	uint32_t point_count;
 	struct point points[POINT_MAX];
 	uint32_t candidate_count;
@@ -99,8 +100,12 @@ void match_part_merged(struct matcher *matcher, const struct label_state *labels
 /* Remembers how bright the named markers are in each camera that sees them alone. */
 void match_learn_peaks(const struct matcher *matcher, struct label_state *labels);
 
+/* Whether the blob is half of a parted spot, and of which two labels, the lower one first. */
+bool match_is_half(const struct matcher *matcher, uint32_t camera, int blob, int16_t pair[2]);
+
 /* How many of the point's views show it surely: not so a half of a parted spot whose other half is
- * nobody's, for then it may have been one marker's. When all points are found. */
+ * nobody's, for then it may have been one marker's. Of halves alone those count that are of the
+ * same two markers, and others take away. When all points are found. */
 int match_sure_views(const struct matcher *matcher, const struct point *point);
 
 /* Adds the points that at least three cameras confirm near a prepared seed. */

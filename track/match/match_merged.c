@@ -120,6 +120,8 @@ static bool part_between(const struct matcher *m, uint32_t c, const struct label
 		return false;
 	out->cost_px2 = 0;
 	out->sigma_px = merged_sigma_px(known);
+	for (int i = 0; i < 2; i++)
+		out->label[i] = m->seeds[seed[i]].label;
 	merged_place(merged->blob, along, apart_px, share, out);
 	for (int i = 0; i < 2; i++) {
 		const double *expected_px = i ? other_px : one_px;
@@ -192,7 +194,7 @@ static struct blob part_of(const struct blob *blob, const struct parting *partin
 struct parted {
 	const struct sight_index *camera;
 	struct blob *blobs;
-	int16_t *other_half;
+	int16_t *other_half, *part_label;
 	int count; /* 0: none is parted yet */
 	bool done[BLOB_MAX];
 };
@@ -225,6 +227,8 @@ static void take_merge(struct parted *parted, int blob, enum merge merge,
 	}
 	parted->other_half[blob] = (int16_t)parted->count;
 	parted->other_half[parted->count] = (int16_t)blob;
+	parted->part_label[blob] = parting->label[0];
+	parted->part_label[parted->count] = parting->label[1];
 	parted->blobs[parted->count++] = part_of(&parted->camera->blobs[blob], parting, 1);
 	*one = part_of(&parted->camera->blobs[blob], parting, 0);
 }
@@ -261,8 +265,10 @@ void match_part_merged(struct matcher *m, const struct label_state *labels)
 
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		struct sight_index *camera = &m->cameras[c];
-		struct parted parted = {
-			.camera = camera, .blobs = m->parted[c], .other_half = m->other_half[c]};
+		struct parted parted = {.camera = camera,
+					.blobs = m->parted[c],
+					.other_half = m->other_half[c],
+					.part_label = m->part_label[c]};
 
 		if (!camera->view)
 			continue;
@@ -273,24 +279,45 @@ void match_part_merged(struct matcher *m, const struct label_state *labels)
 	}
 }
 
-static bool is_lone_half(const struct matcher *m, uint32_t c, int blob)
+bool match_is_half(const struct matcher *m, uint32_t c, int blob, int16_t pair[2])
 {
-	const struct sight_index *camera = &m->cameras[c];
+	if (m->cameras[c].blobs != m->parted[c] || m->other_half[c][blob] == BLOB_NONE)
+		return false;
+	int16_t one = m->part_label[c][blob], other = m->part_label[c][m->other_half[c][blob]];
+	pair[0] = one < other ? one : other;
+	pair[1] = one < other ? other : one;
+	return true;
+}
 
-	return camera->blobs == m->parted[c] && m->other_half[c][blob] != BLOB_NONE &&
-	       camera->owner[m->other_half[c][blob]] < 0;
+/* How many there are of the pair that most are of, less those of other pairs. */
+static int sure_halves(int16_t (*pairs)[2], int count)
+{
+	int most = 0;
+
+	for (int i = 0; i < count; i++) {
+		int same = 0;
+
+		for (int k = 0; k < count; k++)
+			same += pairs[k][0] == pairs[i][0] && pairs[k][1] == pairs[i][1];
+		most = same > most ? same : most;
+	}
+	return 2 * most - count;
 }
 
 int match_sure_views(const struct matcher *m, const struct point *point)
 {
-	int count = point->fix.used_count;
+	int16_t pairs[CAMERA_MAX][2];
+	int half_count = 0, plain_count = 0;
 
 	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
 		uint32_t c = (uint32_t)__builtin_ctz(left);
 
-		count -= is_lone_half(m, c, point->blob[c]);
+		if (!match_is_half(m, c, point->blob[c], pairs[half_count]))
+			plain_count++;
+		else if (m->cameras[c].owner[m->other_half[c][point->blob[c]]] >= 0)
+			half_count++;
 	}
-	return count;
+	return plain_count > 0 ? plain_count + half_count : sure_halves(pairs, half_count);
 }
 
 void match_learn_peaks(const struct matcher *m, struct label_state *labels)

@@ -50,6 +50,7 @@ enum merge {
 
 /* A spot that is two markers. */
 struct parting {
+	int16_t label[2];
 	double cost_px2;
 	double part_px[2][2];
 	double sigma_px;

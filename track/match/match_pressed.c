@@ -281,6 +281,8 @@ enum merge pressed_part(const struct matcher *m, uint32_t c, const struct label_
 		return MERGE_NONE;
 	*blob = spot.blob;
 	out->sigma_px = VAGUE_SHARE * spot.line_px;
+	for (int i = 0; i < 2; i++)
+		out->label[i] = m->seeds[pressed->seed[i]].label;
 	if (spot.ratio < SPREAD_SHARE || spot.line_px < LINE_MIN_PX)
 		return MERGE_VAGUE;
 	double along[2] = {spot.line[0] / spot.line_px, spot.line[1] / spot.line_px};
