@@ -24,6 +24,7 @@
 #define FRAME_KEPT_S 0.25 /* what is not measured for longer is looked for anew */
 #define SEED_RADIUS_M 0.004
 #define STRAINED_CHI2 9.0 /* per degree of freedom: three sigmas */
+#define TELLS_PX 0.8      /* a view that is less sure confirms nothing */
 #define UNRESOLVED_PX 0.5f
 #define LEARN_GAP_MAX_S 0.1 /* a longer gap teaches no more */
 #define NAMED_SHARE_MIN 0.2 /* fewer names than this share of the points: the head is wrong */
@@ -277,6 +278,19 @@ static bool is_unsure(const struct matcher *m, const struct point *point)
 	return true;
 }
 
+/* Its views hardly agree on one place, or fewer than three of them tell much. */
+static bool is_strained(const struct matcher *m, const struct point *point)
+{
+	int count = 0;
+
+	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
+		uint32_t c = (uint32_t)__builtin_ctz(left);
+
+		count += m->cameras[c].blobs[point->blob[c]].sigma_px < TELLS_PX;
+	}
+	return count < 3 || point->fix.chi2_per_dof > STRAINED_CHI2;
+}
+
 /* Who is larger or smaller than all that is worn gets no name and casts no doubt, nor does who is
  * not sure. */
 static void measure_points(const struct tracker_state *state, const struct matcher *m,
@@ -286,7 +300,7 @@ static void measure_points(const struct tracker_state *state, const struct match
 
 	for (uint32_t p = 0; p < m->point_count; p++) {
 		l->sizes[p] = point_size(m, &state->blur, &m->points[p]);
-		l->is_strained[p] = m->points[p].fix.chi2_per_dof > STRAINED_CHI2;
+		l->is_strained[p] = is_strained(m, &m->points[p]);
 		skip[p] = point_size_is_larger(&l->sizes[p], state->diameter_max_m) ||
 			  point_size_is_smaller(&l->sizes[p], state->diameter_min_m) ||
 			  is_unsure(m, &m->points[p]);

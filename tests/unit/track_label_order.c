@@ -86,6 +86,18 @@ static void lips_the_wrong_way_round_are_exchanged(void **test_state)
 	assert_int_equal(l.assign.column_of_row[CHEEK], 2);
 }
 
+static void who_are_exchanged_take_no_point_whose_views_hardly_agree(void **test_state)
+{
+	(void)test_state;
+	add_point(0, (struct vec3){0, -0.002, 0.1}, UPPER);
+	add_point(1, (struct vec3){0.001, 0.003, 0.1}, LOWER);
+	l.is_strained[0] = true;
+	label_put_in_order(&l, &state, points);
+	assert_int_equal(l.assign.column_of_row[UPPER], 1);
+	assert_int_equal(l.assign.column_of_row[LOWER], ASSIGN_NONE);
+	assert_int_equal(l.assign.row_of_column[0], ASSIGN_NONE);
+}
+
 static void lips_in_order_and_single_ones_stay(void **test_state)
 {
 	(void)test_state;
@@ -240,6 +252,8 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(nearest_across_is_below, make_face),
 		cmocka_unit_test_setup(lips_the_wrong_way_round_are_exchanged, make_face),
+		cmocka_unit_test_setup(who_are_exchanged_take_no_point_whose_views_hardly_agree,
+				       make_face),
 		cmocka_unit_test_setup(lips_in_order_and_single_ones_stay, make_face),
 		cmocka_unit_test_setup(pressed_lips_have_no_name, make_face),
 		cmocka_unit_test_setup(lips_that_two_cameras_part_keep_their_names, make_face),

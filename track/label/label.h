@@ -75,7 +75,8 @@ bool label_is_told(const struct labelling *labelling, const struct tracker_state
 		   uint32_t label);
 
 /* Of a lower lip's or lid's marker and the one across on the upper, the upper lies higher in the
- * head: points that were given the other way round are exchanged. */
+ * head: points that were given the other way round are exchanged. Strained ones are nobody's then:
+ * they are not where either was expected. */
 void label_put_in_order(struct labelling *labelling, const struct tracker_state *state,
 			const struct point *points);
 

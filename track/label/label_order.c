@@ -17,6 +17,16 @@ static double height_m(const struct labelling *l, const struct tracker_state *st
 	return pose_apply(&l->rt_frame_stage[state->labels[row].frame], *p_stage_m).y;
 }
 
+static void take_away_strained(struct labelling *l, int row)
+{
+	int16_t point = l->assign.column_of_row[row];
+
+	if (!l->is_strained[point])
+		return;
+	l->assign.column_of_row[row] = ASSIGN_NONE;
+	l->assign.row_of_column[point] = ASSIGN_NONE;
+}
+
 void label_put_in_order(struct labelling *l, const struct tracker_state *state,
 			const struct point *points)
 {
@@ -35,6 +45,8 @@ void label_put_in_order(struct labelling *l, const struct tracker_state *state,
 		a->column_of_row[upper] = higher;
 		a->row_of_column[higher] = (int16_t)upper;
 		a->row_of_column[a->column_of_row[lower]] = (int16_t)lower;
+		take_away_strained(l, upper);
+		take_away_strained(l, lower);
 	}
 }
 

@@ -10,8 +10,7 @@
 #define TWO_CAMERA_MAX_M 0.005
 #define TWO_CAMERA_SHARE 0.45     /* ... of the distance to the next marker */
 #define TWO_CAMERA_SIGMA_M 0.0025 /* who is expected more vaguely needs three */
-#define VAGUE_PX 0.45f            /* of a merged spot: neither; a part of one is surer ... */
-#define BLIND_PX 0.3f             /* ... and the surer if its share of the light is known */
+#define VAGUE_PX 0.45f            /* of a merged spot: neither; a part of one is surer */
 #define NOISE_MAX_M 0.001         /* of the pair, or ... */
 #define NOISE_SHARE 0.125         /* ... of the distance to the next marker */
 #define FACE_SIGMA 3.0            /* ... and no farther from where the whole face has it */
@@ -128,9 +127,9 @@ static bool has_rival(const struct labelling *l, const struct tracker_state *sta
 	return false;
 }
 
-/* Where two markers are one spot that is not parted, the spot is neither; and a part whose share of
- * the light is not known lies where it was expected, so it is a sight only of lips or lids that
- * meet, which all cameras tell together. */
+/* Where two markers are one spot that is not parted, the spot is neither; and a half lies where it
+ * was expected, if the spot was one marker's alone: it is a sight only of lips or lids that meet,
+ * which all cameras tell together. */
 static bool is_merged(const struct tracker_state *state, const struct matcher *matcher,
 		      const struct point *point)
 {
@@ -139,19 +138,28 @@ static bool is_merged(const struct tracker_state *state, const struct matcher *m
 		const struct blob *blob = &matcher->cameras[c].blobs[point->blob[c]];
 		int16_t pair[2];
 
-		if (!(blob->flags & BLOB_MERGED) || blob->sigma_px < BLIND_PX)
-			continue;
-		if (blob->sigma_px > VAGUE_PX || (match_is_half(matcher, c, point->blob[c], pair) &&
-						  !label_order_tells(state, pair[0], pair[1])))
+		if (blob->flags & BLOB_MERGED && blob->sigma_px > VAGUE_PX)
+			return true;
+		if (match_is_half(matcher, c, point->blob[c], pair) &&
+		    !label_order_tells(state, pair[0], pair[1]))
 			return true;
 	}
 	return false;
 }
 
-/* Who may be off by so much is no measurement. */
-static bool is_vague(const struct label_state *label, const struct point *point)
+/* Who may be off by so much is no measurement; of two merged spots half of it is too much. */
+static bool is_vague(const struct label_state *label, const struct matcher *matcher,
+		     const struct point *point)
 {
-	return fix_noise_m(&point->fix) > fmax(NOISE_MAX_M, NOISE_SHARE * label->spacing_m);
+	double most_m = fmax(NOISE_MAX_M, NOISE_SHARE * label->spacing_m);
+	bool plain = false;
+
+	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
+		uint32_t c = (uint32_t)__builtin_ctz(left);
+
+		plain |= !(matcher->cameras[c].blobs[point->blob[c]].flags & BLOB_MERGED);
+	}
+	return fix_noise_m(&point->fix) > (plain ? most_m : 0.5 * most_m);
 }
 
 /* Whether the pair is this label's marker. */
@@ -162,7 +170,8 @@ static bool is_it(const struct labelling *l, const struct tracker_state *state,
 	struct point_size size = point_size(matcher, &state->blur, point);
 
 	return match_sure_views(matcher, point) == 2 && !is_merged(state, matcher, point) &&
-	       !is_vague(&state->labels[i], point) && !joins_in(l, &state->labels[i], i, point) &&
+	       !is_vague(&state->labels[i], matcher, point) &&
+	       !joins_in(l, &state->labels[i], i, point) &&
 	       point_size_fits(&size, state->labels[i].diameter_m) &&
 	       fits(l, state, i, point, local_m) && !has_rival(l, state, matcher, i, point);
 }
