@@ -72,7 +72,7 @@ static double nees_over_3(void)
 	return score.nees / (double)score.measured / 3;
 }
 
-static void expect_put_right(uint32_t camera, struct vec3 turn_rad, struct vec3 shift_m)
+static double expect_put_right(uint32_t camera, struct vec3 turn_rad, struct vec3 shift_m)
 {
 	struct refined refined;
 	struct diag diag = {0};
@@ -91,23 +91,27 @@ static void expect_put_right(uint32_t camera, struct vec3 turn_rad, struct vec3 
 		refined.cameras[camera].moved_mm, refined.cameras[camera].before_px,
 		refined.cameras[camera].after_px, nees);
 	assert_true(refined.cameras[camera].after_px < 0.05);
-	assert_true(nees > 0.8 && nees < 1.25);
+	assert_true(nees > 0.7 && nees < 1.4); /* half a second: one draw of the rig's error */
+	return nees;
 }
 
 static void a_bumped_camera_is_put_right(void **state)
 {
 	static const double TURNS_MRAD[] = {0.2, 1, 5};
+	double nees = 0;
 
 	(void)state;
 	for (uint32_t i = 0; i < 3; i++) {
 		double turn_rad = 1e-3 * TURNS_MRAD[i];
 
 		begin("talking", 70 + i, 4 + 2 * i);
-		expect_put_right(i, (struct vec3){i % 2 ? turn_rad : 0, i % 2 ? 0 : turn_rad, 0},
-				 (struct vec3){0});
-		expect_put_right(3, (struct vec3){0, 0, 2e-3}, (struct vec3){0.5e-3, 0, 0});
+		nees += expect_put_right(
+			i, (struct vec3){i % 2 ? turn_rad : 0, i % 2 ? 0 : turn_rad, 0},
+			(struct vec3){0});
+		nees += expect_put_right(3, (struct vec3){0, 0, 2e-3}, (struct vec3){0.5e-3, 0, 0});
 		aim_play_finish(&aim);
 	}
+	assert_true(nees / 6 > 0.8 && nees / 6 < 1.25);
 }
 
 static void a_rig_that_was_not_bumped_stays_as_it_is(void **state)
