@@ -17,8 +17,6 @@
 
 enum { ACROSS = 5, LABELS = 20, LONELY = 19 };
 
-static const struct pose UNTURNED = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
-
 static struct point points[LABELS + 1];
 
 static int make_face(void **test_state)
@@ -32,8 +30,6 @@ static int make_face(void **test_state)
 			.neutral_m = {SPACING_M * (i % ACROSS), SPACING_M * (i / ACROSS),
 				      0.1 - 0.001 * (i % ACROSS) * (i / ACROSS)}};
 	wear(markers, LABELS);
-	l.found[0] = true;
-	l.rt_stage_frame[0] = l.rt_frame_stage[0] = UNTURNED;
 	for (int i = 0; i < LABELS; i++) {
 		l.motion.labels[i].local_m = l.seen_m[i] = markers[i].neutral_m;
 		l.seen[i] = i != LONELY;
@@ -81,7 +77,7 @@ static void a_face_of_which_a_row_moved_does_not(void **test_state)
 /* Where its markers go is not known until they were seen twice. */
 static void a_head_just_found_is_followed_by_markers_seen_once(void **test_state)
 {
-	struct pose pose = UNTURNED;
+	struct pose pose = POSE_IDENTITY;
 
 	(void)test_state;
 	l.motion.fresh[0] = false;

@@ -18,8 +18,6 @@
 
 enum { ACROSS = 5, ROWS = 6, LABELS = ACROSS * ROWS, CHIN = 2 * ACROSS, LIGHTS = 4 };
 
-static const struct pose UNTURNED = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
-
 static void wear_mouth(void)
 {
 	struct layout_marker markers[LABELS] = {0};
@@ -32,8 +30,6 @@ static void wear_mouth(void)
 						     -0.050 - PITCH_M * row, 0.09 - 0.003 * row};
 	}
 	wear(markers, LABELS);
-	l.found[0] = true;
-	l.rt_stage_frame[0] = UNTURNED;
 }
 
 static void open_mouth(void)

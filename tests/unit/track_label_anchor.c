@@ -10,10 +10,7 @@
 
 #include "one_face.h"
 
-#define SIDE 3
-#define SPACING_M 0.01
-
-enum { BACK = 4, CORNER = 8, LABELS = SIDE * SIDE };
+enum { BACK = CHEEK_MIDDLE, CORNER = CHEEK_COUNT - 1 };
 
 static void hide(uint32_t label, double sigma_m)
 {
@@ -24,15 +21,9 @@ static void hide(uint32_t label, double sigma_m)
 /* All hold their names for a second, but for the one in the middle. */
 static int make_cheek(void **test_state)
 {
-	struct layout_marker markers[LABELS];
-
 	(void)test_state;
-	for (int i = 0; i < LABELS; i++)
-		markers[i] = (struct layout_marker){
-			.group = "cheek",
-			.neutral_m = {SPACING_M * (i % SIDE), SPACING_M * (i / SIDE), 0.1}};
-	wear(markers, LABELS);
-	for (int i = 0; i < LABELS; i++) {
+	wear_cheek();
+	for (int i = 0; i < CHEEK_COUNT; i++) {
 		struct prediction p = {layout.markers[i].neutral_m, 0.0005, true};
 
 		l.motion.labels[i] = l.predictions.labels[i] = p;
@@ -54,14 +45,14 @@ static void those_who_hold_their_names_give_one(void **test_state)
 static void a_point_far_from_where_they_tell_has_no_name(void **test_state)
 {
 	(void)test_state;
-	l.seen_m[BACK].x += 0.4 * SPACING_M;
+	l.seen_m[BACK].x += 0.4 * CHEEK_SPACING_M;
 	assert_false(label_is_anchored(&l, &state, BACK));
 }
 
 static void names_just_given_give_none(void **test_state)
 {
 	(void)test_state;
-	for (int i = 0; i < LABELS; i++)
+	for (int i = 0; i < CHEEK_COUNT; i++)
 		state.labels[i].named_s = 0.1;
 	assert_false(label_is_anchored(&l, &state, BACK));
 }

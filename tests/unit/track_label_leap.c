@@ -12,14 +12,10 @@
 #include "one_face.h"
 #include "track/label/remember.h"
 
-#define SIDE 3
-#define SPACING_M 0.01
 #define NOW_NS 1000000000
 #define PERIOD_NS 8333333
 
-static const struct pose UNTURNED = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
-
-enum { BACK = 4, LABELS = SIDE * SIDE };
+enum { BACK = CHEEK_MIDDLE };
 
 static struct point point;
 
@@ -38,21 +34,14 @@ static void init_label(int i)
 /* One point, three quarters of a spacing from where the marker's own motion has it. */
 static int make_cheek(void **test_state)
 {
-	struct layout_marker markers[LABELS];
-
 	(void)test_state;
-	for (int i = 0; i < LABELS; i++)
-		markers[i] = (struct layout_marker){
-			.neutral_m = {SPACING_M * (i % SIDE), SPACING_M * (i / SIDE), 0.1}};
-	wear(markers, LABELS);
-	for (int i = 0; i < LABELS; i++)
+	wear_cheek();
+	for (int i = 0; i < CHEEK_COUNT; i++)
 		init_label(i);
 	state.mid_exposure_ns = NOW_NS - PERIOD_NS;
 	state.period_ns = PERIOD_NS;
 	l.now_ns = NOW_NS;
-	l.found[0] = true;
-	l.rt_stage_frame[0] = l.rt_frame_stage[0] = UNTURNED;
-	l.predictions.labels[BACK].local_m.z += 0.75 * SPACING_M;
+	l.predictions.labels[BACK].local_m.z += 0.75 * CHEEK_SPACING_M;
 	point = (struct point){.fix = {.used_mask = 7, .used_count = 3}, .label = LABEL_NONE};
 	point.fix.p_stage_m = l.predictions.labels[BACK].local_m;
 	l.seen[BACK] = true;
@@ -85,7 +74,7 @@ static void a_young_name_does_not_leap(void **test_state)
 static void a_young_name_follows_its_own_motion(void **test_state)
 {
 	(void)test_state;
-	l.motion.labels[BACK].local_m.z += 0.5 * SPACING_M;
+	l.motion.labels[BACK].local_m.z += 0.5 * CHEEK_SPACING_M;
 	remember(0.1);
 	assert_int_equal(point.label, BACK);
 }
@@ -94,7 +83,7 @@ static void a_young_name_follows_its_own_motion(void **test_state)
 static void a_name_that_other_cameras_see_follows_less_far(void **test_state)
 {
 	(void)test_state;
-	l.predictions.labels[BACK].local_m.z -= 0.3 * SPACING_M;
+	l.predictions.labels[BACK].local_m.z -= 0.3 * CHEEK_SPACING_M;
 	point.fix.used_mask = 0x3c;
 	point.fix.used_count = 4;
 	remember(1);
@@ -119,14 +108,14 @@ static void hold_without_a_name(double way_m)
 static void holding_still_away_from_rest_proves_nothing(void **test_state)
 {
 	(void)test_state;
-	hold_without_a_name(0.1 * SPACING_M);
+	hold_without_a_name(0.1 * CHEEK_SPACING_M);
 	assert_int_equal(point.label, LABEL_NONE);
 }
 
 static void holding_while_it_moves_gives_the_name(void **test_state)
 {
 	(void)test_state;
-	hold_without_a_name(0.6 * SPACING_M);
+	hold_without_a_name(0.6 * CHEEK_SPACING_M);
 	assert_int_equal(point.label, BACK);
 }
 

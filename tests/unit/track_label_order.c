@@ -29,7 +29,6 @@ static int make_face(void **test_state)
 {
 	(void)test_state;
 	wear(MARKERS, LABELS);
-	l.found[0] = true;
 	l.rt_stage_frame[0] =
 		(struct pose){.r = {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}, .t = {1, 2, 3}};
 	l.rt_frame_stage[0] = pose_inverse(&l.rt_stage_frame[0]);

@@ -11,13 +11,9 @@
 
 #include "one_face.h"
 
-#define SIDE 3
-#define SPACING_M 0.01
 #define FACE_SIGMA_M 0.001
 
-static const struct pose UNTURNED = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
-
-enum { HIDDEN = 4, LABELS = SIDE * SIDE };
+enum { HIDDEN = CHEEK_MIDDLE };
 
 static struct predictions predictions;
 static bool seen[LABEL_MAX];
@@ -26,16 +22,11 @@ static struct vec3 seen_m[LABEL_MAX];
 /* All but the middle one are seen at rest. */
 static int make_cheek(void **test_state)
 {
-	struct layout_marker markers[LABELS];
-
 	(void)test_state;
-	for (int i = 0; i < LABELS; i++)
-		markers[i] = (struct layout_marker){
-			.neutral_m = {SPACING_M * (i % SIDE), SPACING_M * (i / SIDE), 0.1}};
-	wear(markers, LABELS);
-	for (int i = 0; i < LABELS; i++) {
+	wear_cheek();
+	for (int i = 0; i < CHEEK_COUNT; i++) {
 		seen[i] = i != HIDDEN;
-		seen_m[i] = markers[i].neutral_m;
+		seen_m[i] = layout.markers[i].neutral_m;
 	}
 	return 0;
 }
@@ -86,12 +77,10 @@ static int named_by_label_points(double off_m, bool is_strained)
 	point.fix = (struct fix){.p_stage_m = state.labels[HIDDEN].master_m, .used_count = 3};
 	point.fix.p_stage_m.z += off_m;
 	predict_motion(&state, 1000000000, &l.motion);
-	l.found[0] = true;
-	l.rt_stage_frame[0] = UNTURNED;
 	l.is_strained[0] = is_strained;
 	nearby_build(&l.nearby, &point, 1, NULL);
 	label_points(&l, &state, &point, 1, 1000000000);
-	for (int i = 0; i < LABELS; i++)
+	for (int i = 0; i < CHEEK_COUNT; i++)
 		row = l.assign.column_of_row[i] == 0 ? i : row;
 	return row;
 }

@@ -202,6 +202,12 @@ static void points_project_together_as_one_by_one(void **state)
 	project_together(view_project_many_any);
 }
 
+static void move_aside(double off_px, double turn_rad, struct sighting *sighting)
+{
+	sighting->pixel[0] += off_px * cos(turn_rad);
+	sighting->pixel[1] += off_px * sin(turn_rad);
+}
+
 /* Exact but for noise of sigma_px, and one view `off_px` aside in a direction that turns. */
 static int sight_with_liar(struct rng *rng, struct vec3 p, int count, double sigma_px,
 			   double off_px, struct sighting *out)
@@ -212,9 +218,10 @@ static int sight_with_liar(struct rng *rng, struct vec3 p, int count, double sig
 	for (int i = 0; i < count; i++) {
 		out[i] = (struct sighting){.view = &views[i], .sigma_px = sigma_px};
 		assert_true(view_project(&views[i], p, out[i].pixel, NULL));
-		out[i].pixel[0] += sigma_px * rng_normal(rng) + (i == bad) * off_px * cos(turn_rad);
-		out[i].pixel[1] += sigma_px * rng_normal(rng) + (i == bad) * off_px * sin(turn_rad);
+		out[i].pixel[0] += sigma_px * rng_normal(rng);
+		out[i].pixel[1] += sigma_px * rng_normal(rng);
 	}
+	move_aside(off_px, turn_rad, &out[bad]);
 	return bad;
 }
 
@@ -356,14 +363,6 @@ static void sigmas_that_are_all_too_small_leave_no_view_out(void **state)
 	assert_true(sum / 1000 < 2);
 }
 
-static void turn_aside(struct rng *rng, double off_px, struct sighting *sighting)
-{
-	double turn_rad = 6.28 * rng_uniform(rng);
-
-	sighting->pixel[0] += off_px * cos(turn_rad);
-	sighting->pixel[1] += off_px * sin(turn_rad);
-}
-
 /* The one that boasts puts those in doubt who contradict it, and hides the other one so. */
 static void two_of_ten_that_lie_are_found_where_one_boasts(void **state)
 {
@@ -379,9 +378,9 @@ static void two_of_ten_that_lie_are_found_where_one_boasts(void **state)
 
 		sight_with_liar(&rng, p, ALL_VIEWS, 0.03, 0, sightings);
 		sightings[3].sigma_px = 0.01;
-		turn_aside(&rng, 1.5, &sightings[3]);
+		move_aside(1.5, 6.28 * rng_uniform(&rng), &sightings[3]);
 		sightings[6].sigma_px = 0.09;
-		turn_aside(&rng, 1, &sightings[6]);
+		move_aside(1, 6.28 * rng_uniform(&rng), &sightings[6]);
 		assert_int_equal(triangulate(sightings, ALL_VIEWS, NULL, &fix), 0);
 		found += fix.used_mask == 0x3b7 && vec3_distance(fix.p_stage_m, p) < 2e-4;
 	}
@@ -407,7 +406,7 @@ static void a_touching_spot_may_be_both(void **state)
 		sightings[0].sigma_px = 0.04;
 		sightings[0].flags = BLOB_MERGED;
 		if (trial % 10 == 0)
-			turn_aside(&rng, 1, &sightings[0]);
+			move_aside(1, 6.28 * rng_uniform(&rng), &sightings[0]);
 		assert_int_equal(triangulate(sightings, 3, NULL, &fix), 0);
 		sum += squared_sigmas(vec3_sub(fix.p_stage_m, p), fix.cov_m2) / 3;
 	}
