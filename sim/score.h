@@ -1,6 +1,6 @@
 /*
  * How well the tracker did against the truth of a scene. Truth meets tracker only here.
- * docs/tracking.md says what each count means, and why.
+ * docs/tracking-figures.md says what each count means, and why.
  */
 #pragma once
 

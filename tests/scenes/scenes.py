@@ -2,7 +2,7 @@
 """Plays every scene through the tracker and holds its score against the gates: scenes.py BUILD [OPTIONS] [SCENE ...]
 
 A play is one run of `stagectl sim play`. Plays of one scene, level and renderer are one row; a
-scene passes when all of its rows do. docs/tracking.md tells what is counted, and why.
+scene passes when all of its rows do. docs/tracking-figures.md tells what is counted, and why.
 """
 import argparse
 import concurrent.futures
