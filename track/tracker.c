@@ -19,15 +19,15 @@
 #include "track/label/segment.h"
 #include "track/match/match.h"
 #include "track/match/point_size.h"
+#include "track/match/point_views.h"
 #include "track/predict.h"
 
-#define FRAME_KEPT_S 0.25 /* what is not measured for longer is looked for anew */
-#define SEED_RADIUS_M 0.004
-#define STRAINED_CHI2 9.0 /* per degree of freedom: three sigmas */
-#define TELLS_PX 0.8      /* a view that is less sure confirms nothing */
-#define UNRESOLVED_PX 0.5f
-#define LEARN_GAP_MAX_S 0.1 /* a longer gap teaches no more */
-#define NAMED_SHARE_MIN 0.2 /* fewer names than this share of the points: the head is wrong */
+#define FRAME_KEPT_S 0.25        /* what is not measured for longer is looked for anew */
+#define SEED_RADIUS_MIN_M 0.0005 /* of a seed, and ... */
+#define SEED_SIGMA 1.2           /* ... so many of what is expected, but at most ... */
+#define SEED_RADIUS_M 0.004      /* ... this: all of it where nothing is expected */
+#define LEARN_GAP_MAX_S 0.1      /* a longer gap teaches no more */
+#define NAMED_SHARE_MIN 0.2      /* fewer names than this share of the points: the head is wrong */
 #define HEAD_REACH_M 0.2
 #define EXPECTED_WITHIN_NS \
 	100000 /* of its time, a shot counts as the one expected: 0.1 mm at 1 m/s */
@@ -98,6 +98,17 @@ static void predict_shot(const struct tracker_state *state, struct labelling *l,
 	predict_motion(state, time_ns, &l->motion);
 }
 
+static struct seed seed_of(const struct tracker_state *state, const struct labelling *l, uint32_t i)
+{
+	const struct label_state *label = &state->labels[i];
+	const struct prediction *p = &l->motion.labels[i];
+	bool just_seen = label->seen_ns == state->mid_exposure_ns;
+
+	return (struct seed){pose_apply(&l->rt_stage_frame[label->frame], p->local_m),
+			     fmin(SEED_RADIUS_M, SEED_RADIUS_MIN_M + SEED_SIGMA * p->sigma_m),
+			     (int16_t)i, just_seen ? label->outvoted_mask : 0};
+}
+
 /* Where the markers should be in the shot, and where the cameras should see them. */
 static void prepare(const struct tracker_state *state, struct tracker_scratch *scratch,
 		    const struct tracker_rig *rig, int64_t time_ns)
@@ -106,18 +117,9 @@ static void prepare(const struct tracker_state *state, struct tracker_scratch *s
 	int count = 0;
 
 	predict_shot(state, l, time_ns);
-	for (uint32_t i = 0; i < state->label_count; i++) {
-		int frame = state->labels[i].frame;
-
-		if (state->frames[frame].tracked)
-			scratch->seeds[count++] = (struct seed){
-				pose_apply(&l->rt_stage_frame[frame], l->motion.labels[i].local_m),
-				fmin(SEED_RADIUS_M, 0.0005 + 1.2 * l->motion.labels[i].sigma_m),
-				(int16_t)i,
-				state->labels[i].seen_ns == state->mid_exposure_ns
-					? state->labels[i].outvoted_mask
-					: 0};
-	}
+	for (uint32_t i = 0; i < state->label_count; i++)
+		if (state->frames[state->labels[i].frame].tracked)
+			scratch->seeds[count++] = seed_of(state, l, i);
 	for (uint32_t i = 0; i < state->loose_count; i++)
 		scratch->seeds[count++] =
 			(struct seed){state->loose_stage_m[i], SEED_RADIUS_M, LABEL_NONE, 0};
@@ -243,54 +245,6 @@ static void remember_frame(struct tracker_state *state, struct tracker_scratch *
 		lose_frame(state, frame);
 }
 
-/* Split blobs are flagged too, but know their place. */
-static bool is_unresolved(const struct blob *blob)
-{
-	return blob->flags & BLOB_MERGED && blob->sigma_px > UNRESOLVED_PX;
-}
-
-static void note_merged(const struct matcher *m, bool merged[POINT_MAX])
-{
-	for (uint32_t p = 0; p < m->point_count; p++) {
-		const struct point *point = &m->points[p];
-		int count = 0;
-
-		for (uint32_t c = 0; c < m->camera_count; c++)
-			count += point->fix.used_mask >> c & 1 &&
-				 is_unresolved(&m->cameras[c].blobs[point->blob[c]]);
-		merged[p] = 2 * count > point->fix.used_count;
-	}
-}
-
-/* Parts of merged spots alone show it, and fewer than three of them surely. */
-static bool is_unsure(const struct matcher *m, const struct point *point)
-{
-	int sure = match_sure_views(m, point);
-
-	if (sure >= 3 || sure == point->fix.used_count)
-		return false;
-	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
-		uint32_t c = (uint32_t)__builtin_ctz(left);
-
-		if (!(m->cameras[c].blobs[point->blob[c]].flags & BLOB_MERGED))
-			return false;
-	}
-	return true;
-}
-
-/* Its views hardly agree on one place, or fewer than three of them tell much. */
-static bool is_strained(const struct matcher *m, const struct point *point)
-{
-	int count = 0;
-
-	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
-		uint32_t c = (uint32_t)__builtin_ctz(left);
-
-		count += m->cameras[c].blobs[point->blob[c]].sigma_px < TELLS_PX;
-	}
-	return count < 3 || point->fix.chi2_per_dof > STRAINED_CHI2;
-}
-
 /* Who is larger or smaller than all that is worn gets no name and casts no doubt, nor does who is
  * not sure. */
 static void measure_points(const struct tracker_state *state, const struct matcher *m,
@@ -300,10 +254,11 @@ static void measure_points(const struct tracker_state *state, const struct match
 
 	for (uint32_t p = 0; p < m->point_count; p++) {
 		l->sizes[p] = point_size(m, &state->blur, &m->points[p]);
-		l->is_strained[p] = is_strained(m, &m->points[p]);
+		l->is_strained[p] = point_is_strained(m, &m->points[p]);
+		l->merged[p] = point_is_merged(m, &m->points[p]);
 		skip[p] = point_size_is_larger(&l->sizes[p], state->diameter_max_m) ||
 			  point_size_is_smaller(&l->sizes[p], state->diameter_min_m) ||
-			  is_unsure(m, &m->points[p]);
+			  point_is_unsure(m, &m->points[p]);
 	}
 	nearby_build(&l->nearby, m->points, m->point_count, skip);
 }
@@ -316,7 +271,6 @@ static void name_shot(struct tracker_state *state, struct tracker_scratch *scrat
 	struct matcher *m = &scratch->matcher;
 	bool anchored[FRAME_MAX];
 
-	note_merged(m, l->merged);
 	ghost_recognise(state, l, m->points, m->point_count, l->is_ghost);
 	jaw_lean(state, l);
 	label_points(l, state, m->points, m->point_count, now_ns);
