@@ -10,13 +10,11 @@
 #define HEAD_REACH_M 0.18 /* a ghost this near to a head may be of it */
 #define KNOWN_S 0.5       /* seen for so long in all, it is known */
 #define SEEN_MAX_S 5.0
-#define FORGET 0.02    /* seconds of sight lost for each second unseen ... */
-#define FORGET_NEW 0.2 /* ... and while it is not known yet */
-#define LOST_SHARE 0.2 /* of a sight, while an actor is not found */
-#define FOLLOW 0.1     /* share of a new sight in the place */
-#define EXPECTED_M                                                                               \
-	0.005            /* a label that is missing may be this near to where it is expected ... \
-			  */
+#define FORGET 0.02      /* seconds of sight lost for each second unseen ... */
+#define FORGET_NEW 0.2   /* ... and while it is not known yet */
+#define LOST_SHARE 0.2   /* of a sight, while an actor is not found */
+#define FOLLOW 0.1       /* share of a new sight in the place */
+#define EXPECTED_M 0.005 /* a missing label may be so near to where it is expected ... */
 #define ANYWHERE_M 0.035 /* ... or so, while it has no name: faces are found with open mouths */
 
 static struct vec3 place_of(const struct ghost *ghost, const struct labelling *l)

@@ -114,6 +114,6 @@ void lens_grid_expect(const struct lens_grid *grid, double x, double y)
 		const double *row = lens_grid_node(grid, ix, iy + j);
 
 		__builtin_prefetch(row);
-		__builtin_prefetch(row + 7);
+		__builtin_prefetch(row + 7); /* the last of its four nodes */
 	}
 }

@@ -153,21 +153,12 @@ static struct prediction refine_recent(const struct label_state *label,
 	return own;
 }
 
-/* Where the whole face tells better than that, it does. */
-static void take_better(const struct told *told, struct prediction *p)
-{
-	if (told->known && told->sigma_m < p->sigma_m) {
-		p->local_m = told->local_m;
-		p->sigma_m = told->sigma_m;
-	}
-}
-
 void predict_from_face(const struct predictions *motion, const struct told *told,
 		       struct predictions *out)
 {
 	*out = *motion;
 	for (uint32_t i = 0; i < motion->count; i++)
-		take_better(&told[i], &out->labels[i]);
+		told_if_surer(&told[i], &out->labels[i].local_m, &out->labels[i].sigma_m);
 }
 
 /* Who contradict each other by more than they claim both err, as much more (Birge 1932). */
@@ -199,7 +190,7 @@ static struct prediction fill_stale(const struct tracker_state *state,
 	filled.local_m = vec3_add(filled.local_m, vec3_scale(label->offset_m, fade));
 	struct told face = *told;
 	contradict(&face, &filled);
-	take_better(&face, &filled);
+	told_if_surer(&face, &filled.local_m, &filled.sigma_m);
 	filled.sigma_m = fmax(filled.sigma_m, SIGMA_MIN_M);
 	return filled;
 }
@@ -233,8 +224,7 @@ void predict_from_neighbours(const struct tracker_state *state, int64_t now_ns,
 			if (label->seen_ns != state->mid_exposure_ns && !predict_far_apart(state))
 				take_neighbours(state, label, now_ns, seen, seen_m, &told[i],
 						&out->labels[i]);
-			if (told[i].known)
-				take_better(&told[i], &out->labels[i]);
+			told_if_surer(&told[i], &out->labels[i].local_m, &out->labels[i].sigma_m);
 		} else {
 			out->labels[i] = fill_stale(state, label, now_ns, seen, seen_m, &told[i]);
 		}

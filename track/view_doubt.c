@@ -258,18 +258,20 @@ static void average(const struct readings *r, struct doubt *out)
 			out->bad_mask |= 1u << c;
 }
 
-/* Whom the views that want the point there put in doubt. */
-static void suspect_all(struct readings *r, const struct sighting *sightings,
-			const struct equation *equations, const struct sums *sums, int count,
-			struct vec3 step)
+/* Besides the first reading, all those of whom the views that want the point there put in doubt. */
+static void doubt_from(struct readings *r, const struct sighting *sightings,
+		       const struct equation *equations, const struct sums *sums, int count,
+		       const struct belief *all_good, struct vec3 step)
 {
 	r->suspect_count = 0;
+	r->count = 1;
 	for (int i = 0; i < count; i++) {
 		struct suspect suspect =
 			suspect_of(i, &sightings[i], &equations[i], &sums[i], step);
 
 		add_suspect(r, &suspect);
 	}
+	add_bad(r, all_good);
 }
 
 static const struct reading *best_reading(const struct readings *r)
@@ -297,16 +299,11 @@ int doubt_views(const struct sighting *sightings, const struct equation *equatio
 	add_reading(&r, &all_good);
 	if (r.count == 0)
 		return -EDOM;
-	suspect_all(&r, sightings, equations, sums, count, r.list[0].step);
-	add_bad(&r, &all_good);
-	if (count > SUSPECT_MAX && best_reading(&r)->bad_mask) {
-		/* One that lies and boasts made suspects of those that it contradicts. */
-		struct vec3 step = best_reading(&r)->step;
-
-		suspect_all(&r, sightings, equations, sums, count, step);
-		r.count = 1;
-		add_bad(&r, &all_good);
-	}
+	doubt_from(&r, sightings, equations, sums, count, &all_good, r.list[0].step);
+	/* One that lies and boasts made suspects of those that it contradicts. */
+	if (count > SUSPECT_MAX && best_reading(&r)->bad_mask)
+		doubt_from(&r, sightings, equations, sums, count, &all_good,
+			   best_reading(&r)->step);
 	for (int i = 0; i < r.suspect_count; i++)
 		add_poor(&r, &all_good, &r.suspects[i]);
 	add_boast(&r, &all_good.sums, count);

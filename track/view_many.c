@@ -10,7 +10,7 @@
 #include "track/lens_grid_parts.h"
 #include "track/view_parts.h"
 
-#define SIDE 16
+#define SIDE 16 /* points at once: enough for their roots and quotients to overlap */
 
 struct passages {
 	double x[SIDE], y[SIDE], z[SIDE], norm[SIDE], s[SIDE], a[SIDE];

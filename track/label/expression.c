@@ -238,9 +238,9 @@ static struct told tell_row(const struct expression_row *row, const struct expre
 			    const float reach_mm2[PATTERN_MAX], struct vec3 master_m)
 {
 	const float *amount = expression->amount, none[3] = {0};
-	float variance = row->worst_mm2 + variance_mm2(row, expression->count, expression->spread),
-	      off[3];
+	float variance = row->worst_mm2, off[3];
 
+	variance += variance_mm2(row, expression->count, expression->spread);
 	variance += unwatched_mm2(row, amount, expression->count, reach_mm2);
 	row_off_mm(row, amount, expression->count, none, off);
 	return (struct told){

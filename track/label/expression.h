@@ -43,6 +43,15 @@ struct told {
 	double sigma_m;      /* per axis */
 };
 
+/* Where the whole face tells better where a marker is, it does. */
+static inline void told_if_surer(const struct told *told, struct vec3 *local_m, double *sigma_m)
+{
+	if (!told->known || told->sigma_m >= *sigma_m)
+		return;
+	*local_m = told->local_m;
+	*sigma_m = told->sigma_m;
+}
+
 /* Fills those of the actor's labels; known: skin, not in `tells`. */
 void expression_tell(const struct tracker_state *state, int actor,
 		     const struct expression *expression, const bool *tells, struct told *out);

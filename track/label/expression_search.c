@@ -22,12 +22,10 @@
 #define REACH_M 0.008
 #define SCALE_MIN_MM 0.6f
 #define SCALE_MAX_MM 2.5f
-#define LOST_COST 16.0  /* of a marker without a point */
-#define PAIR_WORTH 32.0 /* neither a marker without a point nor a point without a marker */
-#define SAME_M 0.002    /* readings that lay no marker farther apart are one */
-#define APART_MARGIN                                                                \
-	3.0 /* by so much a rival is worse, for each marker that it reads otherwise \
-	     */
+#define LOST_COST 16.0   /* of a marker without a point */
+#define PAIR_WORTH 32.0  /* neither a marker without a point nor a point without a marker */
+#define SAME_M 0.002     /* readings that lay no marker farther apart are one */
+#define APART_MARGIN 3.0 /* a rival is worse by so much for each marker that it reads otherwise */
 
 struct search {
 	const struct tracker_state *state;

@@ -93,14 +93,6 @@ static void fill_edges(struct labelling *l, const struct tracker_state *state,
 	}
 }
 
-static void take_answer(struct labelling *l)
-{
-	for (int r = 0; r < l->assign.row_count; r++) {
-		l->point_of_label[r] = l->assign.column_of_row[r];
-		l->seen[r] = l->point_of_label[r] != ASSIGN_NONE;
-	}
-}
-
 /* The pass changed nothing: another would not either. */
 static bool answer_stands(const struct labelling *l)
 {
@@ -108,13 +100,16 @@ static bool answer_stands(const struct labelling *l)
 		      (size_t)l->assign.row_count * sizeof(l->point_of_label[0])) == 0;
 }
 
-static void note_places(struct labelling *l, const struct tracker_state *state,
+static void take_answer(struct labelling *l, const struct tracker_state *state,
 			const struct point *points)
 {
-	for (int r = 0; r < l->assign.row_count; r++)
+	for (int r = 0; r < l->assign.row_count; r++) {
+		l->point_of_label[r] = l->assign.column_of_row[r];
+		l->seen[r] = l->point_of_label[r] != ASSIGN_NONE;
 		if (l->seen[r])
 			l->seen_m[r] = pose_apply(&l->rt_frame_stage[state->labels[r].frame],
 						  points[l->point_of_label[r]].fix.p_stage_m);
+	}
 }
 
 static bool any_fresh(const struct labelling *l, const struct tracker_state *state)
@@ -185,40 +180,48 @@ static const struct predictions *lay_faces(struct labelling *l, const struct tra
 	return &l->predictions;
 }
 
-void label_points(struct labelling *l, const struct tracker_state *state,
-		  const struct point *points, uint32_t point_count, int64_t now_ns)
+static void begin_shot(struct labelling *l, const struct tracker_state *state, uint32_t point_count,
+		       int64_t now_ns)
 {
 	l->now_ns = now_ns;
-	bool fresh = any_fresh(l, state);
-	int passes = fresh ? PASSES_FRESH : predict_far_apart(state) ? PASSES_FAR : PASSES;
-
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		if (l->found[f])
 			l->rt_frame_stage[f] = pose_inverse(&l->rt_stage_frame[f]);
 	l->assign.row_count = (int)state->label_count;
 	l->assign.column_count = (int)point_count;
 	l->assign.skip_cost = SKIP_COST;
-	fill_edges(l, state, lay_faces(l, state, now_ns), true);
+}
+
+static void assign_points(struct labelling *l, const struct tracker_state *state,
+			  const struct point *points, const struct predictions *predictions,
+			  bool first_pass)
+{
+	fill_edges(l, state, predictions, first_pass);
 	assign_solve(&l->assign);
 	label_put_in_order(l, state, points);
-	take_answer(l);
-	note_places(l, state, points);
+}
+
+void label_points(struct labelling *l, const struct tracker_state *state,
+		  const struct point *points, uint32_t point_count, int64_t now_ns)
+{
+	bool fresh = any_fresh(l, state);
+	int passes = fresh ? PASSES_FRESH : predict_far_apart(state) ? PASSES_FAR : PASSES;
+
+	begin_shot(l, state, point_count, now_ns);
+	assign_points(l, state, points, lay_faces(l, state, now_ns), true);
+	take_answer(l, state, points);
 	for (int pass = 0; pass < passes; pass++) {
 		read_expressions(l, state, now_ns, pass == 0);
 		predict_from_neighbours(state, now_ns, &l->motion, l->seen, l->seen_m, l->told,
 					&l->predictions);
-		fill_edges(l, state, &l->predictions, false);
-		assign_solve(&l->assign);
-		label_put_in_order(l, state, points);
+		assign_points(l, state, points, &l->predictions, false);
 		if (!fresh && answer_stands(l))
 			break;
-		take_answer(l);
-		note_places(l, state, points);
+		take_answer(l, state, points);
 	}
 	if (!predict_far_apart(state)) {
 		label_pair_left_over(l, state);
-		take_answer(l);
-		note_places(l, state, points);
+		take_answer(l, state, points);
 	}
 	label_abstain(l, state);
 }

@@ -24,7 +24,7 @@ struct labelling {
 	struct pose rt_stage_frame[FRAME_MAX], rt_frame_stage[FRAME_MAX];
 
 	struct point_size sizes[POINT_MAX]; /* filled before: of the points' lights */
-	bool is_strained[POINT_MAX];        /* ... their views hardly agree on one place */
+	bool is_strained[POINT_MAX];        /* ... their views hardly agree, or hardly tell */
 	bool is_ghost[POINT_MAX];           /* filled before: a light is known to stand there */
 	bool merged[POINT_MAX]; /* filled before: most views of the point show two markers as one */
 
@@ -73,6 +73,16 @@ bool label_has_rival(const struct labelling *labelling, const struct tracker_sta
  */
 bool label_is_told(const struct labelling *labelling, const struct tracker_state *state,
 		   uint32_t label);
+
+#define LABEL_HELD_S 0.3 /* so long a name that was read one marker aside does not last */
+
+/* It is seen, was a moment ago, and has held its name: others may lean on it. */
+static inline bool label_holds_name(const struct labelling *labelling,
+				    const struct tracker_state *state, int label)
+{
+	return labelling->seen[label] && labelling->motion.labels[label].recent &&
+	       state->labels[label].named_s > LABEL_HELD_S;
+}
 
 /* Of a lower lip's or lid's marker and the one across on the upper, the upper lies higher in the
  * head: points that were given the other way round are exchanged. Strained ones are nobody's then:

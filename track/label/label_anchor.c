@@ -5,7 +5,6 @@
  */
 #include "track/label/label.h"
 
-#define HELD_S 0.3
 #define HOLDING_MIN 3
 #define NEAR_SHARE 0.3 /* of the distance to the next marker */
 #define NEAR_SIGMA 3.5
@@ -48,12 +47,6 @@ static bool has_rivals(const struct labelling *l, const struct tracker_state *st
 	return false;
 }
 
-static bool holds_name(const struct labelling *l, const struct tracker_state *state, int label)
-{
-	return l->seen[label] && l->motion.labels[label].recent &&
-	       state->labels[label].named_s > HELD_S;
-}
-
 /* Where its neighbours that hold their names have it, or its prediction, if there are enough of
  * them to trust that. */
 static void ask_neighbours(const struct labelling *l, const struct tracker_state *state,
@@ -67,7 +60,7 @@ static void ask_neighbours(const struct labelling *l, const struct tracker_state
 	for (int k = 0; k < own->neighbour_count; k++) {
 		int other = own->neighbours[k].label;
 
-		holds[other] = holds_name(l, state, other);
+		holds[other] = label_holds_name(l, state, other);
 		count += holds[other];
 	}
 	*sigma_m = INFINITY;
@@ -83,17 +76,14 @@ static void ask_neighbours(const struct labelling *l, const struct tracker_state
 bool label_is_anchored(const struct labelling *l, const struct tracker_state *state, uint32_t label)
 {
 	const struct label_state *own = &state->labels[label];
-	const struct told *told = &l->told[label];
 	struct vec3 told_m;
 	double sigma_m;
 
 	if (own->kind != LABEL_SKIN)
 		return false;
 	ask_neighbours(l, state, label, &told_m, &sigma_m);
-	if (told->known && told->sigma_m < sigma_m && expression_is_learned(state, own->actor)) {
-		told_m = told->local_m;
-		sigma_m = told->sigma_m;
-	}
+	if (expression_is_learned(state, own->actor))
+		told_if_surer(&l->told[label], &told_m, &sigma_m);
 	if (sigma_m == INFINITY)
 		return false;
 	double off_m = vec3_distance(told_m, l->seen_m[label]);

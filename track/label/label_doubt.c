@@ -11,11 +11,9 @@
 #define SHARED_M 0.003 /* markers nearer than this may be one spot in every image */
 #define ASTRAY_M 0.003
 #define BETWEEN_M 0.001
-#define CLEAR_M 0.0025 /* before they hold names, also within this */
-#define REST_SHARE 0.4 /* of the distance to the next marker: so far from rest, and its own way */
-#define CLEAR_SHARE                                                                               \
-	0.3              /* a new name lies where the neighbours say, by its distance to the next \
-			  */
+#define CLEAR_M 0.0025   /* before they hold names, also within this */
+#define REST_SHARE 0.4   /* of the distance to the next marker: so far from rest, and its own way */
+#define CLEAR_SHARE 0.3  /* ... so near to where the neighbours say lies a new name */
 #define SURE_SIGMA 2.5   /* from there to the next marker */
 #define TOLD_MARGIN 12.0 /* the whole face tells a name: in squared sigmas */
 #define TOLD_SIGMA 3.5
@@ -24,7 +22,6 @@
 #define PLAIN_SHARE 0.35  /* of the distance to the next marker */
 #define PLAIN_MAX_M 0.005
 #define RIVAL_M 0.001
-#define HELD_S 0.3
 #define HELD_OFF_M 0.0015 /* of three markers of a segment, from where it has them */
 #define HOLDING_MIN 3
 #define HINT_SHARE 1.2 /* a point that nobody explains tells of a shift when this near */
@@ -228,12 +225,8 @@ static bool neighbours_hold(const struct labelling *l, const struct tracker_stat
 {
 	int holding = 0;
 
-	for (int k = 0; k < label->neighbour_count; k++) {
-		int other = label->neighbours[k].label;
-
-		holding += l->seen[other] && l->motion.labels[other].recent &&
-			   state->labels[other].named_s > HELD_S;
-	}
+	for (int k = 0; k < label->neighbour_count; k++)
+		holding += label_holds_name(l, state, label->neighbours[k].label);
 	return holding >= HOLDING_MIN;
 }
 

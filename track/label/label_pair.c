@@ -62,17 +62,13 @@ static bool is_told_there(const struct labelling *l, const struct tracker_state 
 			  struct vec3 p_stage_m)
 {
 	const struct label_state *label = &state->labels[row];
-	const struct told *told = &l->told[row];
 	struct vec3 local_m = pose_apply(&l->rt_frame_stage[label->frame], p_stage_m), told_m;
 	double sigma_m;
 
 	if (!l->motion.labels[row].recent ||
 	    predict_told(state, label, l->seen, l->seen_m, &told_m, &sigma_m) < TELLERS_MIN)
 		return true;
-	if (told->known && told->sigma_m < sigma_m) {
-		told_m = told->local_m;
-		sigma_m = told->sigma_m;
-	}
+	told_if_surer(&l->told[row], &told_m, &sigma_m);
 	return vec3_distance(told_m, local_m) < TOLD_MIN_M + TOLD_SIGMA * sigma_m;
 }
 

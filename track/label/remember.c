@@ -16,11 +16,9 @@
 #define REST_SHARE 0.3     /* ... and so near to where the neutral face has it nothing need be */
 #define KNOWN_S 0.5        /* a name lost for less is not one from nothing */
 #define AT_REST_M 0.002
-#define AT_REST_SHARE 0.25 /* of the distance to the next marker */
-#define STRANGE_MAX                                                                               \
-	12              /* shots against the neighbours until a name is taken back; by far: fewer \
-			 */
-#define STRANGE_M 0.003 /* disagreement beyond this and a share of the spacing is strange */
+#define AT_REST_SHARE 0.25  /* of the distance to the next marker */
+#define STRANGE_MAX 12      /* shots against its neighbours, fewer of far ones, take a name back */
+#define STRANGE_M 0.003     /* disagreement beyond this and a share of the spacing is strange */
 #define LEARNED_AFTER_S 0.1 /* a younger name teaches nothing */
 #define FOLLOW_ACCELERATION_M_S2 25.0
 #define FOLLOW_GAP_MAX_S 0.05
@@ -31,7 +29,6 @@
 #define FOLLOW_SHARE 0.4 /* of the distance to the next marker: no farther from where expected */
 /* ... nor, of one that did not hold its name for long, from where its own motion carried it */
 #define LEAP_SHARE 0.6
-#define HELD_S 0.3
 
 static void forget_label(struct label_state *label)
 {
@@ -204,7 +201,7 @@ static bool has_leapt(const struct tracker_state *state, const struct labelling 
 	const struct label_state *label = &state->labels[i];
 	const struct prediction *own = &l->motion.labels[i];
 
-	if (label->named_s >= HELD_S || predict_far_apart(state))
+	if (label->named_s >= LABEL_HELD_S || predict_far_apart(state))
 		return false;
 	return own->recent
 		       ? vec3_distance(own->local_m, l->seen_m[i]) > LEAP_SHARE * label->spacing_m
@@ -248,6 +245,18 @@ static bool two_may_follow(const struct tracker_state *state, const struct label
 		vec3_distance(l->predictions.labels[i].local_m, l->seen_m[i]) < TWO_FAR_M);
 }
 
+/* Who sees it, and how far it is from where the neighbours tell, as far as that is known. */
+static void note_sight(struct label_state *label, const struct point *point,
+		       const struct hearsay *hearsay, struct vec3 seen_m)
+{
+	label->camera_mask = point->fix.used_mask;
+	label->outvoted_mask = point->claimed_mask & ~point->fix.used_mask;
+	if (point->fix.used_count < 3)
+		return;
+	label->told_sigma_m = hearsay->sigma_m;
+	label->offset_m = vec3_sub(seen_m, hearsay->told_m);
+}
+
 static void update_label(struct tracker_state *state, const struct labelling *l,
 			 const struct leftovers *leftovers, struct point *points, uint32_t i,
 			 int64_t now_ns, double dt_s)
@@ -278,15 +287,10 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 			(point->fix.used_count >= 3 || two_may_follow(state, l, i, now_ns));
 	if (!followed && !may_confirm(state, l, leftovers, point, i, jumped, now_ns))
 		return;
-	if (point->fix.used_count >= 3) {
-		label->told_sigma_m = hearsay.sigma_m;
-		label->offset_m = vec3_sub(l->seen_m[i], hearsay.told_m);
-	}
+	note_sight(label, point, &hearsay, l->seen_m[i]);
 	label->named_s = followed ? label->named_s + dt_s : 0;
 	label->unbroken_s = followed && label->seen_ns == last_ns ? label->unbroken_s + dt_s : 0;
 	follow(state, label, l->seen_m[i], fix_noise_m(&point->fix), !followed, now_ns);
-	label->camera_mask = point->fix.used_mask;
-	label->outvoted_mask = point->claimed_mask & ~point->fix.used_mask;
 	point->label = (int16_t)i;
 }
 

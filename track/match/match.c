@@ -38,17 +38,16 @@ static void level_among_parts(struct sighting *sightings, int count)
 		sightings[plain].sigma_px = sigma_px;
 }
 
-bool point_from_choice(const struct matcher *m, const struct choice *choice, struct point *out)
+static int sightings_of(const struct matcher *m, const struct choice *choice,
+			struct sighting out[CAMERA_MAX], int camera_of[CAMERA_MAX])
 {
-	struct sighting sightings[CAMERA_MAX];
-	int camera_of[CAMERA_MAX], count = 0;
-	struct fix fix;
+	int count = 0;
 
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		if (choice->blob[c] == BLOB_NONE)
 			continue;
 		const struct blob *b = &m->cameras[c].blobs[choice->blob[c]];
-		sightings[count] =
+		out[count] =
 			(struct sighting){m->cameras[c].view,
 					  {b->x_px, b->y_px},
 					  match_sigma_px(m, c, b),
@@ -57,7 +56,16 @@ bool point_from_choice(const struct matcher *m, const struct choice *choice, str
 					  choice->seed >= 0 ? &m->seen[c][choice->seed] : NULL};
 		camera_of[count++] = (int)c;
 	}
-	level_among_parts(sightings, count);
+	level_among_parts(out, count);
+	return count;
+}
+
+bool point_from_choice(const struct matcher *m, const struct choice *choice, struct point *out)
+{
+	struct sighting sightings[CAMERA_MAX];
+	int camera_of[CAMERA_MAX], count = sightings_of(m, choice, sightings, camera_of);
+	struct fix fix;
+
 	if (count < 2 || triangulate(sightings, count, &choice->guess_stage_m, &fix))
 		return false;
 	out->fix = fix;
@@ -338,6 +346,8 @@ static bool point_near(const struct matcher *m, int index, struct point *out)
 	/* where a marker was expected, two that agree may outvote a third */
 	return point_confirmed(m, out, 2);
 }
+
+_Static_assert(SEED_MAX <= CANDIDATE_MAX, "each seed may give one");
 
 void match_seeds(struct matcher *m)
 {

@@ -62,10 +62,10 @@ struct matcher {
 	double camera_variance_px2[CAMERA_MAX]; /* the same, by camera: all of it */
 	uint32_t camera_count;
 	struct sight_index cameras[CAMERA_MAX];
-	struct blob parted[CAMERA_MAX][BLOB_MAX]; /* of cameras with merged spots: their blobs */
-	int16_t other_half[CAMERA_MAX]
-			  [BLOB_MAX]; /* ... and of which blob each is a half, or none */
-	int16_t part_label[CAMERA_MAX][BLOB_MAX]; /* ... and whose half it is */
+	/* of cameras with merged spots: their blobs, which one is the other half of each, or none,
+	 * and whose half it is */
+	struct blob parted[CAMERA_MAX][BLOB_MAX];
+	int16_t other_half[CAMERA_MAX][BLOB_MAX], part_label[CAMERA_MAX][BLOB_MAX];
 	uint32_t point_count;
 	struct point points[POINT_MAX];
 	uint32_t candidate_count;

@@ -49,6 +49,7 @@ static bool pair_point(const struct matcher *m, const struct seed *seed, uint32_
 	out->blob[ca] = (int16_t)blob_a;
 	out->blob[cb] = (int16_t)blob_b;
 	out->label = LABEL_NONE;
+	out->outvoted_mask = 0;
 	return true;
 }
 

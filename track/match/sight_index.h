@@ -22,7 +22,8 @@ void sight_index_trim_free(struct sight_index *index);
 /* The free blob nearest to a pixel within `radius_px`, or BLOB_NONE. */
 int sight_index_nearest(const struct sight_index *index, const double pixel[2], double radius_px);
 
-/* The same; `*alone` turns false when there is another one within `alone_px`. */
+/* The same before any is claimed, by the seeds; `*alone` turns false when there is another one
+ * within `alone_px`, which is no less than the radius. */
 int sight_index_nearest_alone(const struct sight_index *index, const double pixel[2],
 			      double radius_px, double alone_px, bool *alone);
 

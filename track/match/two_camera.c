@@ -16,6 +16,7 @@
 #define FACE_SIGMA 3.0            /* ... and no farther from where the whole face has it */
 
 #define RIVAL_MARGIN 5.0 /* squared sigmas by which a blob fits this one better */
+#define ROUNDED 1.0      /* ... and more than rounding makes of such costs */
 
 /* A camera that did not see it a moment ago sees another marker, or a stray light. */
 static bool joins_in(const struct labelling *l, const struct label_state *label, uint32_t i,
@@ -70,16 +71,22 @@ struct shown {
 	double least_cost; /* of any label */
 };
 
+/* What of a negative log-likelihood (times 2) in the plane the distance does not change. */
+static double cost_of_vague(double sigma_px)
+{
+	return 4 * log(sigma_px);
+}
+
 static struct shown shown_by(const struct matcher *matcher, uint32_t c, const struct point *point)
 {
 	const struct blob *blob = &matcher->cameras[c].blobs[point->blob[c]];
 	double sigma_px = match_sigma_px(matcher, c, blob);
 
-	return (struct shown){c, blob, sigma_px, 4 * log(sigma_px)};
+	return (struct shown){c, blob, sigma_px, cost_of_vague(sigma_px)};
 }
 
 /* Negative log-likelihood (times 2) of a blob that shows this label, up to a constant. What is
- * surely as much as `enough` is not worked out. */
+ * `enough`, surely and not by rounding, is not worked out. */
 static double blob_cost(const struct labelling *l, const struct matcher *matcher, uint32_t label,
 			const struct shown *shown, double enough)
 {
@@ -94,10 +101,10 @@ static double blob_cost(const struct labelling *l, const struct matcher *matcher
 		l->predictions.labels[label].sigma_m * camera->pixels_per_radian / range_m;
 	double x_px = shown->blob->x_px - pixel[0], y_px = shown->blob->y_px - pixel[1];
 	double variance_px2 = shown->sigma_px * shown->sigma_px + vague_px * vague_px;
-	if (x_px * x_px + y_px * y_px > (enough - shown->least_cost + 1) * variance_px2)
+	if (x_px * x_px + y_px * y_px > (enough - shown->least_cost + ROUNDED) * variance_px2)
 		return INFINITY;
 	double sigma_px = hypot(shown->sigma_px, vague_px), off_px = hypot(x_px, y_px);
-	return off_px * off_px / (sigma_px * sigma_px) + 4 * log(sigma_px);
+	return off_px * off_px / (sigma_px * sigma_px) + cost_of_vague(sigma_px);
 }
 
 /* A label without a point, which the camera may see, could mean one of the two blobs as well. */
@@ -188,34 +195,43 @@ static void drop_joined(struct labelling *l, const struct tracker_state *state,
 	l->seen[i] = false;
 }
 
+/* A pair of blobs where the label is expected, if there is one. */
+static void look_for(struct labelling *l, const struct tracker_state *state,
+		     struct matcher *matcher, uint32_t i)
+{
+	const struct prediction *p = &l->predictions.labels[i];
+	int frame = state->labels[i].frame;
+	struct seed seed = {
+		pose_apply(&l->rt_stage_frame[frame], p->local_m),
+		fmin(fmax(TWO_CAMERA_MIN_M, 2.5 * p->sigma_m),
+		     fmin(TWO_CAMERA_MAX_M, TWO_CAMERA_SHARE * state->labels[i].spacing_m)),
+		(int16_t)i, 0};
+	int point = match_two_cameras(matcher, &seed);
+
+	if (point < 0)
+		return;
+	const struct point *found = &matcher->points[point];
+	struct vec3 local_m = pose_apply(&l->rt_frame_stage[frame], found->fix.p_stage_m);
+	if (!is_it(l, state, matcher, i, found, local_m)) {
+		match_give_back(matcher); /* nothing else confirms it */
+		return;
+	}
+	l->point_of_label[i] = (int16_t)point;
+	l->seen[i] = true;
+	l->seen_m[i] = local_m;
+}
+
 void remember_two_camera(struct labelling *l, const struct tracker_state *state,
 			 struct matcher *matcher)
 {
 	for (uint32_t i = 0; i < state->label_count; i++) {
-		const struct prediction *p = &l->predictions.labels[i];
-		int frame = state->labels[i].frame;
+		const struct label_state *label = &state->labels[i];
 
 		if (l->point_of_label[i] != ASSIGN_NONE)
 			drop_joined(l, state, matcher, i);
-		if (!l->found[frame] || l->assign.column_of_row[i] != ASSIGN_NONE ||
-		    (state->labels[i].kind == LABEL_SKIN && p->sigma_m > TWO_CAMERA_SIGMA_M))
-			continue;
-		struct seed seed = {
-			pose_apply(&l->rt_stage_frame[frame], p->local_m),
-			fmin(fmax(TWO_CAMERA_MIN_M, 2.5 * p->sigma_m),
-			     fmin(TWO_CAMERA_MAX_M, TWO_CAMERA_SHARE * state->labels[i].spacing_m)),
-			(int16_t)i, 0};
-		int point = match_two_cameras(matcher, &seed);
-		if (point < 0)
-			continue;
-		const struct point *found = &matcher->points[point];
-		struct vec3 local_m = pose_apply(&l->rt_frame_stage[frame], found->fix.p_stage_m);
-		if (!is_it(l, state, matcher, i, found, local_m)) {
-			match_give_back(matcher); /* nothing else confirms it */
-			continue;
-		}
-		l->point_of_label[i] = (int16_t)point;
-		l->seen[i] = true;
-		l->seen_m[i] = local_m;
+		if (l->found[label->frame] && l->assign.column_of_row[i] == ASSIGN_NONE &&
+		    (label->kind != LABEL_SKIN ||
+		     l->predictions.labels[i].sigma_m <= TWO_CAMERA_SIGMA_M))
+			look_for(l, state, matcher, i);
 	}
 }
