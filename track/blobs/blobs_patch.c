@@ -8,109 +8,141 @@
 #include "track/blobs/blobs_weights.h"
 
 #define BORDER_PX 2 /* dark pixels that the patch must have on all sides */
+#define MIDDLE_X 8
+#define SUM_PAIRS ((PATCH_PX - PATCH_ABOVE - BORDER_PX) / 2)
 
-typedef simde__m256i words; /* sixteen of 16 bits */
+typedef simde__m256i rows2;  /* two rows of sixteen pixels */
+typedef simde__m256i rows16; /* sixteen rows, a bit per pixel */
 
+/* Where a whole spot lies in its patch. */
 struct patch {
-	const uint8_t *pixels; /* top left */
-	/* Of four rows each, 16 bits a row: bit x says that the pixel is bright. Read as written:
-	 * the processor waits where it reads together what was just written in parts. */
-	uint64_t bright[PATCH_PX / 4];
 	int first, last;  /* rows of the spot; half open */
 	unsigned columns; /* all rows together */
 };
 
-/* Sums over the rows that a spot may have, down each column: of bright pixels and of light above
- * the level, times the row's number from 1 on. Adding the sums so far after each row, from the
- * last to the first, does that without a multiplication. */
+/* Sums over the SUM_PAIRS pairs of rows that a spot may have, down each column and of the two rows
+ * of a pair apart: of dark pixels (less than nothing) and of light above the level, times the
+ * pair's number k from 1 on. Adding the sums so far after each pair, from the last to the first,
+ * does that without a multiplication. */
 struct column_sums {
-	vec count, count_y, peak;       /* bytes */
-	words light, light_y, count_yy; /* the last: times n (n + 1) / 2 */
+	rows2 count, count_k, count_kk, peak; /* bytes; the third: times k (k + 1) / 2 */
+	rows2 light, light_k;                 /* eight columns in one, 64 bits */
+	rows2 light_x;                        /* two columns in one, times x - MIDDLE_X */
 };
 
-/* Puts the row's bits before those of the rows below it. */
-static inline vec look_at_row(const struct patch *patch, ptrdiff_t stride_bytes, int y, vec level,
-			      uint64_t *bright, vec *over)
+/* Rows 2 `pair` and the next. */
+static inline rows2 load_pair(const uint8_t *pixels, ptrdiff_t stride_bytes, int pair)
 {
-	vec v = simde_mm_loadu_si128((const vec *)(patch->pixels + y * stride_bytes));
-	unsigned dark;
+	const uint8_t *p = pixels + 2 * pair * stride_bytes;
 
-	*over = simde_mm_subs_epu8(v, level);
-	dark = (unsigned)simde_mm_movemask_epi8(
-		simde_mm_cmpeq_epi8(*over, simde_mm_setzero_si128()));
-	*bright = *bright << 16 | (dark ^ 0xffff);
-	return v;
+	return simde_mm256_inserti128_si256(
+		simde_mm256_castsi128_si256(simde_mm_loadu_si128((const vec *)p)),
+		simde_mm_loadu_si128((const vec *)(p + stride_bytes)), 1);
 }
 
-static inline void add_row(struct column_sums *sums, vec v, vec over)
+static inline rows2 dark_of(rows2 over)
 {
-	sums->peak = simde_mm_max_epu8(sums->peak, v);
-	sums->count =
-		simde_mm_add_epi8(sums->count, simde_mm_min_epu8(over, simde_mm_set1_epi8(1)));
-	sums->count_y = simde_mm_add_epi8(sums->count_y, sums->count);
-	sums->count_yy =
-		simde_mm256_add_epi16(sums->count_yy, simde_mm256_cvtepu8_epi16(sums->count_y));
-	sums->light = simde_mm256_add_epi16(sums->light, simde_mm256_cvtepu8_epi16(over));
-	sums->light_y = simde_mm256_add_epi16(sums->light_y, sums->light);
+	return simde_mm256_cmpeq_epi8(over, simde_mm256_setzero_si256());
 }
 
-static void find_bright(struct patch *patch, ptrdiff_t stride_bytes, vec level)
+/* The dark pixels of four rows, 16 bits a row. */
+static inline uint64_t dark_bits(rows2 upper, rows2 lower, rows2 level)
 {
-	vec over;
+	uint32_t a =
+		(uint32_t)simde_mm256_movemask_epi8(dark_of(simde_mm256_subs_epu8(upper, level)));
+	uint32_t b =
+		(uint32_t)simde_mm256_movemask_epi8(dark_of(simde_mm256_subs_epu8(lower, level)));
 
-	for (int y = PATCH_PX - 1; y >= 0; y--)
-		look_at_row(patch, stride_bytes, y, level, &patch->bright[y / 4], &over);
+	return (uint64_t)b << 32 | a;
 }
 
-/* The same, and a copy of the pixels, and the sums over the rows from PATCH_ABOVE to BORDER_PX
- * before the end. Four rows a turn: all sixteen in one are more than the registers hold. */
-static inline void find_and_sum(struct patch *patch, ptrdiff_t stride_bytes, vec level,
-				struct feed *feed, uint8_t *copy, struct column_sums *out)
+/* The rows' bright pixels, from what is dark. */
+static inline rows16 bright_rows(const uint64_t dark[PATCH_PX / 4])
 {
-	vec none = simde_mm_setzero_si128(), over;
-	words zero = simde_mm256_setzero_si256();
-	struct column_sums sums = {none, none, none, zero, zero, zero};
+	return simde_mm256_xor_si256(simde_mm256_set_epi64x((int64_t)dark[3], (int64_t)dark[2],
+							    (int64_t)dark[1], (int64_t)dark[0]),
+				     simde_mm256_set1_epi8(-1));
+}
 
-	for (int last = PATCH_PX - 1; last > 0; last -= 4) {
-		uint64_t bright = 0;
+static inline rows2 lever_x(void)
+{
+	const vec x = simde_mm_setr_epi8(-8, -7, -6, -5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 5, 6, 7);
+
+	return simde_mm256_set_m128i(x, x);
+}
+
+static inline void add_pair(struct column_sums *sums, rows2 v, rows2 over)
+{
+	sums->peak = simde_mm256_max_epu8(sums->peak, v);
+	sums->count = simde_mm256_add_epi8(sums->count, dark_of(over));
+	sums->count_k = simde_mm256_add_epi8(sums->count_k, sums->count);
+	sums->count_kk = simde_mm256_add_epi8(sums->count_kk, sums->count_k);
+	sums->light = simde_mm256_add_epi64(
+		sums->light, simde_mm256_sad_epu8(over, simde_mm256_setzero_si256()));
+	sums->light_k = simde_mm256_add_epi64(sums->light_k, sums->light);
+	sums->light_x =
+		simde_mm256_add_epi16(sums->light_x, simde_mm256_maddubs_epi16(over, lever_x()));
+}
+
+static rows16 find_bright(const uint8_t *pixels, ptrdiff_t stride_bytes, grey threshold)
+{
+	rows2 level = simde_mm256_set1_epi8((char)threshold);
+	uint64_t dark[PATCH_PX / 4];
+
+	for (int quad = 0; quad < PATCH_PX / 4; quad++)
+		dark[quad] = dark_bits(load_pair(pixels, stride_bytes, 2 * quad),
+				       load_pair(pixels, stride_bytes, 2 * quad + 1), level);
+	return bright_rows(dark);
+}
+
+/* The same, and a copy of the pixels. */
+static inline rows16 find_and_copy(const uint8_t *pixels, ptrdiff_t stride_bytes, grey threshold,
+				   struct feed *feed, uint8_t *copy)
+{
+	rows2 level = simde_mm256_set1_epi8((char)threshold);
+	uint64_t dark[PATCH_PX / 4];
 
 #pragma GCC unroll 4
-		for (int y = last; y > last - 4; y--) {
-			vec v = look_at_row(patch, stride_bytes, y, level, &bright, &over);
+	for (int quad = 0; quad < PATCH_PX / 4; quad++) {
+		rows2 upper = load_pair(pixels, stride_bytes, 2 * quad);
+		rows2 lower = load_pair(pixels, stride_bytes, 2 * quad + 1);
+		rows2 *out = (rows2 *)(void *)(copy + (ptrdiff_t)4 * PATCH_PX * quad);
 
-			simde_mm_storeu_si128((vec *)(void *)(copy + y * PATCH_PX), v);
-			if (y >= PATCH_ABOVE && y < PATCH_PX - BORDER_PX)
-				add_row(&sums, v, over);
-		}
-		patch->bright[last / 4] = bright;
+		simde_mm256_storeu_si256(out, upper);
+		simde_mm256_storeu_si256(out + 1, lower);
+		dark[quad] = dark_bits(upper, lower, level);
 		feed_on(feed);
+	}
+	return bright_rows(dark);
+}
+
+/* Over the rows from PATCH_ABOVE to BORDER_PX before the end, read in pairs as they were written.
+ */
+static inline void sum_columns(const uint8_t *copy, grey threshold, struct column_sums *out)
+{
+	rows2 zero = simde_mm256_setzero_si256(), level = simde_mm256_set1_epi8((char)threshold);
+	struct column_sums sums = {zero, zero, zero, zero, zero, zero, zero};
+
+#pragma GCC unroll 6
+	for (int pair = SUM_PAIRS; pair > 0; pair--) {
+		rows2 v = simde_mm256_loadu_si256(
+			(const rows2 *)(const void *)(copy + (ptrdiff_t)2 * PATCH_PX * pair));
+
+		add_pair(&sums, v, simde_mm256_subs_epu8(v, level));
 	}
 	*out = sums;
 }
 
-/* What is_simple() asks of eight rows at once; a bit per row and byte. */
-struct eight_rows {
-	unsigned empty, broken, loose;
-};
-
-static inline struct eight_rows look_at_rows(vec row, vec above)
+static unsigned bits_of(rows16 v)
 {
-	vec zero = simde_mm_setzero_si128();
-	vec lowest = simde_mm_and_si128(row, simde_mm_sub_epi16(zero, row));
-	vec second_run = simde_mm_and_si128(row, simde_mm_add_epi16(row, lowest));
-	vec reach = simde_mm_or_si128(simde_mm_or_si128(above, simde_mm_slli_epi16(above, 1)),
-				      simde_mm_srli_epi16(above, 1));
-
-	return (struct eight_rows){
-		(unsigned)simde_mm_movemask_epi8(simde_mm_cmpeq_epi16(row, zero)),
-		~(unsigned)simde_mm_movemask_epi8(simde_mm_cmpeq_epi16(second_run, zero)) & 0xffff,
-		(unsigned)simde_mm_movemask_epi8(
-			simde_mm_cmpeq_epi16(simde_mm_and_si128(row, reach), zero)),
-	};
+	return (unsigned)simde_mm256_movemask_epi8(v);
 }
 
-static unsigned any_bit16(vec v)
+static unsigned any_bit16(rows16 rows)
 {
+	vec v = simde_mm_or_si128(simde_mm256_castsi256_si128(rows),
+				  simde_mm256_extracti128_si256(rows, 1));
+
 	v = simde_mm_or_si128(v, simde_mm_srli_si128(v, 8));
 	v = simde_mm_or_si128(v, simde_mm_srli_si128(v, 4));
 	v = simde_mm_or_si128(v, simde_mm_srli_si128(v, 2));
@@ -118,43 +150,46 @@ static unsigned any_bit16(vec v)
 }
 
 /* One run in each row from some first to `last`, each touching the next, and nothing else. */
-static bool is_whole(struct patch *patch)
+static inline bool is_whole(rows16 row, struct patch *patch)
 {
-	const uint64_t *bright = patch->bright;
-	vec first = simde_mm_set_epi64x((int64_t)bright[1], (int64_t)bright[0]);
-	vec second = simde_mm_set_epi64x((int64_t)bright[3], (int64_t)bright[2]);
-	struct eight_rows upper = look_at_rows(first, simde_mm_slli_si128(first, 2));
-	struct eight_rows lower =
-		look_at_rows(second, simde_mm_or_si128(simde_mm_slli_si128(second, 2),
-						       simde_mm_srli_si128(first, 14)));
-	unsigned full = ~(upper.empty | lower.empty << 16); /* two bits a row */
-	unsigned broken = upper.broken | lower.broken << 16, low = full & -full;
-	unsigned loose = (upper.loose | lower.loose << 16) & full;
+	rows16 zero = simde_mm256_setzero_si256();
+	rows16 above =
+		simde_mm256_alignr_epi8(row, simde_mm256_permute2x128_si256(row, row, 0x08), 14);
+	rows16 lowest = simde_mm256_and_si256(row, simde_mm256_sub_epi16(zero, row));
+	rows16 second_run = simde_mm256_and_si256(row, simde_mm256_add_epi16(row, lowest));
+	rows16 reach =
+		simde_mm256_or_si256(simde_mm256_or_si256(above, simde_mm256_slli_epi16(above, 1)),
+				     simde_mm256_srli_epi16(above, 1));
+	/* Two bits a row. */
+	unsigned full = ~bits_of(simde_mm256_cmpeq_epi16(row, zero)), low = full & -full;
+	unsigned single = bits_of(simde_mm256_cmpeq_epi16(second_run, zero));
+	unsigned loose =
+		full & bits_of(simde_mm256_cmpeq_epi16(simde_mm256_and_si256(row, reach), zero));
 
-	if (!full || full & (full + low) || broken || loose != 3 * low)
+	if (!full || full & (full + low) || ~single || loose != 3 * low)
 		return false;
 	patch->first = __builtin_ctz(full) / 2;
 	patch->last = (32 - __builtin_clz(full)) / 2;
-	patch->columns = any_bit16(simde_mm_or_si128(first, second));
+	patch->columns = any_bit16(row);
 	return true;
 }
 
-static bool is_simple(struct patch *patch)
+static inline bool is_simple(rows16 bright, struct patch *patch)
 {
-	return is_whole(patch) && patch->first == PATCH_ABOVE &&
+	return is_whole(bright, patch) && patch->first == PATCH_ABOVE &&
 	       patch->last <= PATCH_PX - BORDER_PX && !(patch->columns & 0xc003);
 }
 
 bool spot_is_whole(const struct spot *spot, const struct grey_image *image, int level)
 {
-	struct patch patch = {0};
+	struct patch patch;
 
 	if (spot->x1 - spot->x0 > PATCH_PX || spot->y1 - spot->y0 > PATCH_PX ||
 	    spot->x0 + PATCH_PX > image->width_px || spot->y0 + PATCH_PX > image->height_px)
 		return false;
-	patch.pixels = image->pixels + (ptrdiff_t)spot->y0 * image->stride_bytes + spot->x0;
-	find_bright(&patch, image->stride_bytes, simde_mm_set1_epi8((char)level));
-	return is_whole(&patch);
+	return is_whole(
+		find_bright(grey_row(image, spot->y0) + spot->x0, image->stride_bytes, (grey)level),
+		&patch);
 }
 
 /* Where the next spot will be written: the image has pushed it out of the cache. */
@@ -166,65 +201,68 @@ static void expect_spot(const struct run_table *table)
 		__builtin_prefetch(spot + b, 1);
 }
 
-static words times_x(words columns)
+/* Of the rows with even numbers, then of those with odd ones. */
+struct totals {
+	int16_t n, x, xx, k, kx, kk, light_x, none;
+};
+
+static rows2 add16(rows2 a, rows2 b)
 {
-	return simde_mm256_madd_epi16(columns, simde_mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9,
-								      10, 11, 12, 13, 14, 15));
+	return simde_mm256_hadd_epi16(a, b);
 }
 
-static words times_xx(words columns)
+static rows2 times(rows2 columns, rows2 lever)
 {
-	return simde_mm256_madd_epi16(columns,
-				      simde_mm256_setr_epi16(0, 1, 4, 9, 16, 25, 36, 49, 64, 81,
-							     100, 121, 144, 169, 196, 225));
+	return simde_mm256_maddubs_epi16(columns, lever);
 }
 
-static words pairs(words columns)
+static void find_totals(const struct column_sums *sums, struct totals out[2])
 {
-	return simde_mm256_madd_epi16(columns, simde_mm256_set1_epi16(1));
-}
+	const vec squares =
+		simde_mm_setr_epi8(64, 49, 36, 25, 16, 9, 4, 1, 0, 1, 4, 9, 16, 25, 36, 49);
+	rows2 one = simde_mm256_set1_epi8(1), x = lever_x();
+	rows2 xx = simde_mm256_set_m128i(squares, squares);
+	/* No dark pixel: SUM_PAIRS times 1, and the sums of k and k (k + 1) / 2 over all. */
+	rows2 count = simde_mm256_add_epi8(sums->count, simde_mm256_set1_epi8(6));
+	rows2 count_k = simde_mm256_add_epi8(sums->count_k, simde_mm256_set1_epi8(21));
+	rows2 count_kk = simde_mm256_add_epi8(sums->count_kk, simde_mm256_set1_epi8(56));
+	rows2 a = add16(add16(times(count, one), times(count, x)),
+			add16(times(count, xx), times(count_k, one)));
+	rows2 b = add16(add16(times(count_k, x), times(count_kk, one)),
+			add16(sums->light_x, simde_mm256_setzero_si256()));
 
-static void totals(words a, words b, words c, words d, int out[4])
-{
-	words v =
-		simde_mm256_hadd_epi32(simde_mm256_hadd_epi32(a, b), simde_mm256_hadd_epi32(c, d));
-
-	simde_mm_storeu_si128((vec *)(void *)out,
-			      simde_mm_add_epi32(simde_mm256_castsi256_si128(v),
-						 simde_mm256_extracti128_si256(v, 1)));
+	simde_mm256_storeu_si256((rows2 *)(void *)out, add16(a, b));
 }
 
 /* From the sums down the columns to those of the spot. The patch begins at column `left`. */
-static void set_light(struct spot *spot, const struct column_sums *sums, int left)
+static void set_light(struct spot *spot, const struct column_sums *sums, int light_x, int left)
 {
-	int light[4];
+	rows2 both = simde_mm256_add_epi64(simde_mm256_unpacklo_epi64(sums->light, sums->light_k),
+					   simde_mm256_unpackhi_epi64(sums->light, sums->light_k));
+	int64_t light[4], w;
 
-	totals(pairs(sums->light), times_x(sums->light), pairs(sums->light_y),
-	       simde_mm256_setzero_si256(), light);
-	spot->w = light[0];
-	spot->wx = light[1] - light[0] * (spot->x0 - left);
-	spot->wy = light[2] - light[0];
-	spot->peak = greatest(sums->peak);
+	simde_mm256_storeu_si256((rows2 *)(void *)light, both);
+	w = light[0] + light[2];
+	spot->w = w;
+	spot->wx = light_x + w * (left + MIDDLE_X - spot->x0);
+	spot->wy = 2 * (light[1] + light[3] - w) + light[2];
+	spot->peak = greatest(simde_mm_max_epu8(simde_mm256_castsi256_si128(sums->peak),
+						simde_mm256_extracti128_si256(sums->peak, 1)));
 }
 
-/* As spot_area_moments() does from runs. */
-static void set_area(struct spot *spot, const struct column_sums *sums)
+/* As spot_area_moments() does from runs; rows are counted from 2 k on. */
+static void set_area(struct spot *spot, const struct totals *even, const struct totals *odd)
 {
-	words count = simde_mm256_cvtepu8_epi16(sums->count);
-	words count_y = simde_mm256_cvtepu8_epi16(sums->count_y);
-	int first[4], second[4], n, yy;
-	float scale;
+	int n = even->n + odd->n, k = even->k + odd->k, kk = 2 * (even->kk + odd->kk) - k;
+	int x = even->x + odd->x, xx = even->xx + odd->xx;
+	int y = 2 * k + odd->n, xy = 2 * (even->kx + odd->kx) + odd->x;
+	int yy = 4 * (kk + odd->k) + odd->n;
+	float scale = 1 / (float)(n * n);
 
-	totals(pairs(count), times_x(count), pairs(count_y), simde_mm256_setzero_si256(), first);
-	totals(times_xx(count), times_x(count_y), pairs(sums->count_yy),
-	       simde_mm256_setzero_si256(), second);
-	n = first[0];
-	yy = 2 * second[2] - first[2];
-	scale = 1 / (float)(n * n);
 	spot->area_px2 = n;
-	spot->area_xx = (float)(n * second[0] - first[1] * first[1]) * scale + 1 / 12.0f;
-	spot->area_xy = (float)(n * second[1] - first[1] * first[2]) * scale;
-	spot->area_yy = (float)(n * yy - first[2] * first[2]) * scale + 1 / 12.0f;
+	spot->area_xx = (float)(n * xx - x * x) * scale + 1 / 12.0f;
+	spot->area_xy = (float)(n * xy - x * y) * scale;
+	spot->area_yy = (float)(n * yy - y * y) * scale + 1 / 12.0f;
 }
 
 static struct spot *append_spot(struct run_table *table, const struct patch *patch, int x, int y,
@@ -250,24 +288,27 @@ bool run_table_add_patch(struct run_table *table, const struct grey_image *image
 	int left = x - PATCH_PX / 2, top = y - PATCH_ABOVE, side, height;
 	struct patch_copy *copy = &table->copies[table->spot_count % COPY_COUNT];
 	struct column_sums sums;
-	struct patch patch = {0};
+	struct totals totals[2];
+	struct patch patch;
 	struct spot *spot;
+	rows16 bright;
 
 	if (left < 0 || top < 0 || left + PATCH_PX > image->width_px ||
 	    top + PATCH_PX > image->height_px || table->spot_count == SPOT_MAX)
 		return false;
-	patch.pixels = image->pixels + (ptrdiff_t)top * image->stride_bytes + left;
 	copy->spot = SPOT_NONE;
-	find_and_sum(&patch, image->stride_bytes, simde_mm_set1_epi8((char)level), feed,
-		     copy->pixels, &sums);
-	if (!is_simple(&patch))
+	bright = find_and_copy(grey_row(image, top) + left, image->stride_bytes, level, feed,
+			       copy->pixels);
+	if (!is_simple(bright, &patch))
 		return false;
+	sum_columns(copy->pixels, level, &sums);
 	copy->spot = table->spot_count;
 	copy->x0 = left;
 	copy->y0 = top;
 	spot = append_spot(table, &patch, left, top, level);
-	set_light(spot, &sums, left);
-	set_area(spot, &sums);
+	find_totals(&sums, totals);
+	set_light(spot, &sums, totals[0].light_x + totals[1].light_x, left);
+	set_area(spot, &totals[0], &totals[1]);
 	expect_spot(table);
 	/* Beyond the patch nothing is known. Above it, what is bright has been found before. */
 	side = spot->x0 + spot->x1 - 1 - 2 * left;
