@@ -73,16 +73,17 @@ static bool can_claim(const struct blob_finder *finder, int y, int x)
 	return true;
 }
 
-/* Looks over the group's rows below y for as long as the claims made in row y and the levels hold:
- * mostly there is nothing else, and the candidates in them need not be looked at one by one. */
+/* Looks over the group's rows below y for as long as the claims made in row y hold, by the levels
+ * of row y: mostly there is nothing else, and the candidates in them need not be looked at one by
+ * one.
+ */
 static void look_ahead(struct blob_finder *finder, const struct grey_image *image, int y, int group,
 		       int last_y)
 {
 	struct group_state *state = &finder->groups[group];
-	int cell_end = (y / CELL_PX + 1) * CELL_PX - 1, x = group * GROUP_PX;
+	int x = group * GROUP_PX;
 	uint64_t mask;
 
-	last_y = last_y < cell_end ? last_y : cell_end;
 	last_y = last_y < image->height_px ? last_y : image->height_px - 1;
 	if (x + GROUP_PX > image->width_px || last_y <= y)
 		return;
@@ -167,35 +168,30 @@ static void feed_from(struct feed *feed, const struct grey_image *image, int y)
 			    : end;
 }
 
-/* Whether row y has brought work into reach. */
-static bool is_due(struct blob_finder *finder, int y)
+/* Candidates in rows above `end_y`. */
+static void look_at_candidates(struct blob_finder *finder, const struct grey_image *image,
+			       int end_y)
 {
 	const struct candidate *next = finder->candidates + finder->candidates_done;
 	const struct candidate *end = finder->candidates + finder->candidate_count;
 
-	while (next < end && next->y < y - LAG_ROWS &&
-	       next->y <= finder->groups[next->group].quiet_y)
-		next++;
-	finder->candidates_done = (size_t)(next - finder->candidates);
-	return (next < end && next->y < y - LAG_ROWS) || measurer_is_due(&finder->measurer, y);
-}
-
-/* A share of the work behind the scan, whose front is row y: more when much is waiting. Runs are
- * never left behind, so that spots can rely on MEASURE_LAG_ROWS. */
-static void work(struct blob_finder *finder, const struct grey_image *image, int y)
-{
-	const struct candidate *next = finder->candidates + finder->candidates_done;
-	const struct candidate *end = finder->candidates + finder->candidate_count;
-	uint32_t steps = WORK_ROWS + (finder->table.spot_count - finder->measurer.next) / 32;
-
-	feed_from(&finder->feed, image, y);
-	for (; next < end && next->y < y - LAG_ROWS; next++) {
+	for (; next < end && next->y < end_y; next++) {
 		if (next->y <= finder->groups[next->group].quiet_y)
 			continue;
 		feed_on(&finder->feed);
 		find_spots(finder, image, *next);
 	}
 	finder->candidates_done = (size_t)(next - finder->candidates);
+}
+
+/* A share of the work behind the scan, whose front is row y: more when much is waiting. Runs are
+ * never left behind, so that spots can rely on MEASURE_LAG_ROWS. */
+static void work(struct blob_finder *finder, const struct grey_image *image, int y)
+{
+	uint32_t steps = WORK_ROWS + (finder->table.spot_count - finder->measurer.next) / 32;
+
+	feed_from(&finder->feed, image, y);
+	look_at_candidates(finder, image, y - LAG_ROWS);
 	while (steps--) {
 		feed_on(&finder->feed);
 		if (!measurer_step(&finder->measurer, y))
@@ -249,11 +245,10 @@ static void scan_image(struct blob_finder *finder, const struct grey_image *imag
 		if (whole < finder->group_count)
 			finder->candidate_count += scan_tail(
 				finder, image, y, finder->candidates + finder->candidate_count);
-		if ((y + 1) % WORK_ROWS == 0 && is_due(finder, y))
+		if ((y + 1) % WORK_ROWS == 0)
 			work(finder, image, y);
 	}
-	while (finder->candidates_done < finder->candidate_count)
-		find_spots(finder, image, finder->candidates[finder->candidates_done++]);
+	look_at_candidates(finder, image, image->height_px);
 }
 
 void blob_run(struct blob_finder *finder, const struct grey_image *image, struct blob_set *set)
