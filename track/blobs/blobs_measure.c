@@ -91,14 +91,17 @@ static void finish(struct measurer *measurer, const struct spot *spot, struct fi
 static void finish_all(struct measurer *measurer)
 {
 	const struct spot *spots = measurer->table->spots;
-	struct fit *fits = measurer->fits;
 	uint32_t count = measurer->fit_count;
 
 	measurer->fit_count = 0;
-	if (count)
-		spot_prepare(&measurer->scene, spots, fits, count);
-	for (uint32_t i = 0; i < count; i++)
-		finish(measurer, &spots[fits[i].spot], &fits[i]);
+	for (uint32_t first = 0; first < count; first += FIT_LANES) {
+		struct fit *fits = measurer->fits + first;
+		uint32_t lanes = count - first < FIT_LANES ? count - first : FIT_LANES;
+
+		spot_prepare(&measurer->scene, spots, fits, lanes);
+		for (uint32_t i = 0; i < lanes; i++)
+			finish(measurer, &spots[fits[i].spot], &fits[i]);
+	}
 }
 
 /* The spot is measured when enough of them wait, as the way to a window is long and the same for
@@ -111,7 +114,7 @@ static void measure(struct measurer *measurer, uint32_t s)
 	fit->spot = s;
 	fit->copy = &measurer->table->copies[s % COPY_COUNT];
 	fit->clear_px = spot->clear_px > 0 ? spot->clear_px : clearance_px(measurer, s);
-	if (measurer->fit_count == FIT_LANES)
+	if (measurer->fit_count == FITS_WAITING)
 		finish_all(measurer);
 }
 

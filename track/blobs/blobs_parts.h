@@ -174,7 +174,7 @@ struct spot {
 
 /* The pixels of a spot that went the short way. They are read again when the image's own lines have
  * left the first cache: fetching them back would disturb the processor's reading ahead. */
-#define COPY_COUNT 16
+#define COPY_COUNT 64 /* more than wait to be measured */
 struct patch_copy {
 	uint32_t spot; /* whose copy it is, or SPOT_NONE */
 	int x0, y0;
@@ -314,7 +314,9 @@ bool spot_is_surely_one(const struct spot *spot, const struct grey_image *image)
  * whether the spot is still there. */
 bool spot_split(struct run_table *table, uint32_t s, const struct spot_scene *scene);
 
-/* Measures spots one after another, so that the work can be spread between the rows of the scan. */
+/* Measures spots one after another, so that the work can be done between the rows of the scan: many
+ * at once, for each time the scan stops the processor forgets that it is to read ahead. */
+#define FITS_WAITING (4 * FIT_LANES)
 struct measurer {
 	struct spot_scene scene;
 	struct run_table *table;
@@ -323,7 +325,7 @@ struct measurer {
 	uint32_t first; /* of the spots that were found last: it may have neighbours from here on */
 	int wait_row;   /* nothing to do before this one is read */
 	uint32_t fit_count; /* spots that wait for others to be measured with */
-	struct fit fits[FIT_LANES];
+	struct fit fits[FITS_WAITING];
 	uint32_t suspect_count;
 	uint32_t suspects[SPOT_MAX];
 	int top_px[BLOB_MAX], left_px[BLOB_MAX]; /* of each blob, to sort by */
