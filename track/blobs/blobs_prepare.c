@@ -3,6 +3,7 @@
  * is a long chain of divisions and roots; eight side by side wait for it but once.
  */
 #include <math.h>
+#include <string.h>
 
 #include "track/blobs/blobs_float8.h"
 #include "track/blobs/blobs_parts.h"
@@ -261,9 +262,11 @@ static void take(const struct outcome *outcome, const struct spot *spot,
 void spot_prepare(const struct spot_scene *scene, const struct spot *spots, struct fit fits[],
 		  uint32_t count)
 {
-	struct sight sight = {0};
+	struct sight sight;
 	struct outcome outcome;
 
+	if (count < FIT_LANES)
+		memset(&sight, 0, sizeof(sight));
 	for (uint32_t i = 0; i < count; i++)
 		look_at(&spots[fits[i].spot], scene, &fits[i], &sight, i);
 	work_out(&sight, scene, &outcome);

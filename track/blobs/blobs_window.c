@@ -34,7 +34,7 @@ bool window_around(const struct grey_image *image, float x_px, float y_px, float
 
 /* Sums over the window: w S, its first moments, and what slope and noise need. */
 struct sums {
-	float8 value, x, y, slope, noise;
+	float8 value, x, y, slope, noise; /* a quarter of the slope */
 };
 
 /* w(u) before the factor e, and its slope; folded away where the profile is a constant. */
@@ -52,21 +52,18 @@ static inline float8 profile_value(enum kernel_profile profile, float8 u, float8
 	}
 }
 
-/* Slope of w(u) times u / t, less what the factor e adds. */
+/* A quarter of the slope of w(u) times u / t, less what the factor e adds. */
 static inline float8 profile_fall(enum kernel_profile profile, float8 u, float8 u2, float8 t)
 {
 	switch (profile) {
 	case PROFILE_HILL:
-		return mul(all(-4), u2);
-	case PROFILE_MESA: {
-		float8 u4 = mul(all(4), u);
-
-		return sub(mul(u4, t), mul(mul(add(all(1), u4), all(4)), u2));
-	}
+		return sub(all(0), u2);
+	case PROFILE_MESA:
+		return sub(mul(u, t), mul(add(all(1), mul(all(4), u)), u2));
 	case PROFILE_RING:
-		return sub(mul(u, t), mul(mul(u, all(4)), u2));
+		return sub(mul(mul(all(0.25f), u), t), mul(u, u2));
 	default:
-		return sub(mul(add(u2, u2), t), mul(mul(u2, all(4)), u2));
+		return sub(mul(mul(all(0.5f), u2), t), mul(u2, u2));
 	}
 }
 
@@ -129,10 +126,10 @@ static const grey *window_pixels(const struct grey_image *image, const struct fi
 }
 
 /* `steps` is a constant where most windows are so narrow: what depends on x alone is then worked
- * out once. */
+ * out once. So is `flat`: most backgrounds have no slope. */
 static inline __attribute__((always_inline)) void
 add_window(struct sums *out, const struct grey_image *image, const struct fit *fit,
-	   struct feed *feed, enum kernel_profile profile, int steps)
+	   struct feed *feed, enum kernel_profile profile, int steps, bool flat)
 {
 	const struct lines l = lines_of(fit);
 	ptrdiff_t stride_px;
@@ -141,16 +138,15 @@ add_window(struct sums *out, const struct grey_image *image, const struct fit *f
 	float8 dy = all((float)fit->window.y0 - fit->y_px);
 
 	for (int y = fit->window.y0; y < fit->window.y1; y++, row += stride_px) {
-		float8 base = add(l.value, mul(l.slope_y, dy)), dx = l.first_dx;
+		float8 base = flat ? l.value : add(l.value, mul(l.slope_y, dy)), dx = l.first_dx;
 		float8 across = mul(l.two_qxy, dy), along = mul(mul(l.qyy, dy), dy);
 		float8 row_value = all(0);
-
 		if (y & 1)
 			feed_on(feed);
+
 		for (int i = 0; i < steps; i++, dx = add(dx, all(WINDOW_STEP_PX))) {
-			float8 s =
-				sub(simde_mm256_cvtepi32_ps(grey_load8(row + i * WINDOW_STEP_PX)),
-				    mul(l.slope_x, dx));
+			float8 v = simde_mm256_cvtepi32_ps(grey_load8(row + i * WINDOW_STEP_PX));
+			float8 s = flat ? v : sub(v, mul(l.slope_x, dx));
 			float8 u = add(along, add(mul(l.qxx, mul(dx, dx)), mul(across, dx)));
 
 			row_value = add(row_value, add_pixels(&sums, profile, sub(s, base), u, dx));
@@ -171,7 +167,7 @@ static bool solve_step(const struct sums *sums, struct fit *fit)
 	float dark = k->noise_variance * 3.14159f * profile_noise(k->profile) / sqrtf(det);
 	float total[4], slope, light;
 
-	totals(add(sums->value, sums->slope), sums->x, sums->y, sums->noise, total);
+	totals(add(sums->value, mul(all(4), sums->slope)), sums->x, sums->y, sums->noise, total);
 	slope = total[0];
 	light = total[3] / k->electrons_per_grey;
 	if (!(slope > 0))
@@ -191,11 +187,12 @@ add_profile(struct sums *sums, const struct grey_image *image, const struct fit 
 	    struct feed *feed, enum kernel_profile profile)
 {
 	int steps = (fit->window.x1 - fit->window.x0) / WINDOW_STEP_PX;
+	bool flat = fit->background.slope_x == 0 && fit->background.slope_y == 0;
 
-	if (steps == 1)
-		add_window(sums, image, fit, feed, profile, 1);
+	if (steps == 1 && flat)
+		add_window(sums, image, fit, feed, profile, 1, true);
 	else
-		add_window(sums, image, fit, feed, profile, steps);
+		add_window(sums, image, fit, feed, profile, steps, false);
 }
 
 bool window_newton(const struct grey_image *image, struct fit *fit, struct feed *feed)
