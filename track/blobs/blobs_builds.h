@@ -44,6 +44,7 @@
 #define spot_split OF_BUILD(spot_split)
 #define spot_step OF_BUILD(spot_step)
 #define spot_sum OF_BUILD(spot_sum)
+#define spot_sum_patch OF_BUILD(spot_sum_patch)
 #define spot_sum_short OF_BUILD(spot_sum_short)
 #define window_around OF_BUILD(window_around)
 #define window_newton OF_BUILD(window_newton)

@@ -26,6 +26,7 @@
 #define SURVEY_ROWS 4      /* rows of nodes that are measured before the scan */
 #define PATCH_PX 16
 #define PATCH_ABOVE 2
+#define PATCH_BORDER_PX 2 /* dark pixels that a patch must have on all sides */
 #define MEASURE_LAG_ROWS (PATCH_PX - PATCH_ABOVE + 1) /* from the scan's front to the last run */
 #define RUN_MAX 32768 /* per image; runs past it are counted as lost */
 #define SPOT_MAX 4096 /* per image, hot pixels included; past it they are counted as lost */
@@ -216,6 +217,9 @@ void spot_area_moments(struct spot *spot);
 
 uint32_t spot_root(struct run_table *table, uint32_t spot);
 
+/* All sums of the spot that is alone in its patch, from the patch's copy. */
+void spot_sum_patch(struct spot *spot, const struct patch_copy *copy);
+
 /* The light of a spot: w, wx, wy and the peak. Returns false when it is too large for this way. */
 bool spot_sum_short(struct spot *spot, const struct run *runs, const struct grey_image *image);
 
@@ -337,12 +341,6 @@ void measurer_start(struct measurer *measurer, const struct spot_scene *scene,
 /* Looks at one spot. The image has been read down to row `row_read`, and the runs joined down to
  * MEASURE_LAG_ROWS above it. Returns false when there is nothing to do yet. */
 bool measurer_step(struct measurer *measurer, int row_read);
-
-/* Whether a step may have something to do. */
-static inline bool measurer_is_due(const struct measurer *measurer, int row_read)
-{
-	return measurer->next < measurer->table->spot_count && row_read >= measurer->wait_row;
-}
 
 /* Measures what is left, suspects last, and sorts the blobs. */
 void measurer_end(struct measurer *measurer);
