@@ -73,17 +73,16 @@ static bool can_claim(const struct blob_finder *finder, int y, int x)
 	return true;
 }
 
-/* Looks over the group's rows below y for as long as the claims made in row y hold, by the levels
- * of row y: mostly there is nothing else, and the candidates in them need not be looked at one by
- * one.
- */
+/* Looks over the group's rows below y for as long as the claims made in row y and the levels hold:
+ * mostly there is nothing else, and the candidates in them need not be looked at one by one. */
 static void look_ahead(struct blob_finder *finder, const struct grey_image *image, int y, int group,
 		       int last_y)
 {
 	struct group_state *state = &finder->groups[group];
-	int x = group * GROUP_PX;
+	int cell_end = (y / CELL_PX + 1) * CELL_PX - 1, x = group * GROUP_PX;
 	uint64_t mask;
 
+	last_y = last_y < cell_end ? last_y : cell_end;
 	last_y = last_y < image->height_px ? last_y : image->height_px - 1;
 	if (x + GROUP_PX > image->width_px || last_y <= y)
 		return;
