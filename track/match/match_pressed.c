@@ -62,7 +62,10 @@ static int blob_of_both(const struct matcher *m, uint32_t c, const int16_t seed[
 	int blob = sight_index_nearest(camera, middle_px, reach_px), nearest[2];
 
 	find_nearest(m, c, seed, reach_px, nearest);
-	if (blob == BLOB_NONE || nearest[0] != nearest[1])
+	for (int i = 0; i < 2; i++)
+		if (nearest[i] != blob && nearest[i] != BLOB_NONE)
+			return BLOB_NONE;
+	if (blob == BLOB_NONE)
 		return BLOB_NONE;
 	return camera->blobs[blob].flags & BLOB_EDGE ? BLOB_NONE : blob;
 }
