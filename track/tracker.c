@@ -96,6 +96,7 @@ static void predict_shot(const struct tracker_state *state, struct labelling *l,
 		l->rt_stage_frame[f] = head_predict(&state->frames[f], time_ns);
 	}
 	predict_motion(state, time_ns, &l->motion);
+	label_expect_in_order(state, &l->motion);
 }
 
 static struct seed seed_of(const struct tracker_state *state, const struct labelling *l, uint32_t i)

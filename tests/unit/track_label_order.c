@@ -246,6 +246,21 @@ static void what_two_labels_could_mean_is_no_pair(void **test_state)
 	assert_int_equal(l.assign.column_of_row[CHEEK], ASSIGN_NONE);
 }
 
+/* Of a pair that hid, the upper one is expected 2 mm under the lower. */
+static void lips_are_not_expected_to_pass_through_each_other(void **test_state)
+{
+	struct predictions *p = &l.predictions;
+
+	(void)test_state;
+	p->labels[UPPER] = (struct prediction){{0, -0.001, 0.1}, 0.001, true};
+	p->labels[LOWER] = (struct prediction){{0, 0.001, 0.1}, 0.002, true};
+	state.labels[UPPER].diameter_m = 0.0015;
+	label_expect_in_order(&state, p);
+	assert_true(fabs(p->labels[UPPER].local_m.y - p->labels[LOWER].local_m.y - 0.0015) < 1e-9);
+	assert_true(fabs(p->labels[UPPER].local_m.y + 0.001 - 0.0035 / 5) < 1e-9);
+	assert_true(p->labels[CHEEK].local_m.y == MARKERS[CHEEK].neutral_m.y);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -265,6 +280,7 @@ int main(void)
 		cmocka_unit_test_setup(point_whose_views_hardly_agree_is_no_pair, make_face),
 		cmocka_unit_test_setup(a_light_where_nobody_tells_of_it_is_no_pair, make_face),
 		cmocka_unit_test_setup(what_two_labels_could_mean_is_no_pair, make_face),
+		cmocka_unit_test_setup(lips_are_not_expected_to_pass_through_each_other, make_face),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

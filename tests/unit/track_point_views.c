@@ -90,12 +90,14 @@ static void halves_alone_need_three_whose_other_half_is_known(void **state)
 	(void)state;
 	halve(3);
 	assert_false(point_is_unsure(&matcher, &point));
+	assert_true(point_is_strained(&matcher, &point));
 	halve(2);
 	assert_true(point_is_unsure(&matcher, &point));
 	halve(1);
 	matcher.parted[3][HALF].flags = 0;
 	matcher.other_half[3][HALF] = BLOB_NONE;
 	assert_false(point_is_unsure(&matcher, &point));
+	assert_false(point_is_strained(&matcher, &point));
 }
 
 int main(void)

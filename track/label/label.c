@@ -214,6 +214,7 @@ void label_points(struct labelling *l, const struct tracker_state *state,
 		read_expressions(l, state, now_ns, pass == 0);
 		predict_from_neighbours(state, now_ns, &l->motion, l->seen, l->seen_m, l->told,
 					&l->predictions);
+		label_expect_in_order(state, &l->predictions);
 		assign_points(l, state, points, &l->predictions, false);
 		if (!fresh && answer_stands(l))
 			break;

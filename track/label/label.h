@@ -90,6 +90,10 @@ static inline bool label_holds_name(const struct labelling *labelling,
 void label_put_in_order(struct labelling *labelling, const struct tracker_state *state,
 			const struct point *points);
 
+/* While the two are hidden, their motion may have them pass through each other: expects the upper
+ * one higher again, by its diameter. */
+void label_expect_in_order(const struct tracker_state *state, struct predictions *predictions);
+
 /* Gives a label without a point one of no label not far off, if no other label could mean it. */
 void label_pair_left_over(struct labelling *labelling, const struct tracker_state *state);
 

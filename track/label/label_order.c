@@ -8,6 +8,7 @@
 #define PRESSED_SIGMA 1.0
 #define PRESSED_LAST_M 0.004 /* ... of where the missing one was when it was just seen */
 #define JUST_SEEN_S 1.0
+#define CROSSED_M 0.001 /* the least height of one over the other, where no diameter tells it */
 
 static double height_m(const struct labelling *l, const struct tracker_state *state,
 		       const struct point *points, int row)
@@ -47,6 +48,30 @@ void label_put_in_order(struct labelling *l, const struct tracker_state *state,
 		a->row_of_column[a->column_of_row[lower]] = (int16_t)lower;
 		take_away_strained(l, upper);
 		take_away_strained(l, lower);
+	}
+}
+
+/* The less sure one gives way. */
+static void set_apart(struct prediction *upper, struct prediction *lower, double least_m)
+{
+	double short_m = least_m - (upper->local_m.y - lower->local_m.y);
+	double upper_m2 = upper->sigma_m * upper->sigma_m;
+	double both_m2 = upper_m2 + lower->sigma_m * lower->sigma_m;
+
+	if (short_m <= 0 || both_m2 <= 0)
+		return;
+	upper->local_m.y += short_m * upper_m2 / both_m2;
+	lower->local_m.y -= short_m * (1 - upper_m2 / both_m2);
+}
+
+void label_expect_in_order(const struct tracker_state *state, struct predictions *predictions)
+{
+	for (uint32_t upper = 0; upper < state->label_count; upper++) {
+		const struct label_state *label = &state->labels[upper];
+
+		if (label->below >= 0)
+			set_apart(&predictions->labels[upper], &predictions->labels[label->below],
+				  fmax(label->diameter_m, CROSSED_M));
 	}
 }
 

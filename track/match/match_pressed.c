@@ -7,20 +7,23 @@
 #include "track/match/sight_index.h"
 #include "track/match/triangulate_parts.h"
 
-#define NEAR_M 0.006      /* so far apart at most are they expected */
-#define LINE_MIN_PX 0.7   /* ... and at least, in a camera that may tell */
-#define OFF_SHARE 0.4     /* of that: so far from the middle is their spot, and ... */
-#define OFF_PX 0.8        /* ... so much more, as neither is expected exactly */
-#define CAMERA_LEAST 2    /* that tell */
-#define WAY_SIGMA_PX 0.1  /* of spots that touch, beyond their own */
-#define SPREAD_LEAST 0.45 /* of what was expected: one marker alone, seen obliquely, has less */
-#define SPREAD_MOST 2.5   /* ... more is not these two */
-#define SPREAD_SHARE 0.5  /* of the median: a camera with less sees one of them */
+#define NEAR_M 0.006     /* so far apart at most are they expected */
+#define LINE_MIN_PX 0.7  /* ... and at least, in a camera that may tell */
+#define OFF_SHARE 0.4    /* of that: so far from the middle is their spot, and ... */
+#define OFF_PX 0.8       /* ... so much more, as neither is expected exactly */
+#define CAMERA_LEAST 2   /* that tell */
+#define WAY_SIGMA_PX 0.1 /* of spots that touch, beyond their own */
+#define SPREAD_SHARE 0.5 /* of what their way asks for: with less, one may be there alone */
 #define SPREAD_SIGMA_PX2 0.2
+#define LINE_SHARE 0.25         /* of the line's square: a spread tells it no better */
 #define EXPECTED_SIGMA_M 0.0008 /* of the way from one to the other */
+#define APART_OFF_M 0.0024      /* farther from there it is not these two's */
 #define ROBUST_SIGMAS 2.0
+#define LENIENCE 8.0 /* times as many in the first round, as the way may be far off yet */
+#define ROUNDS 5
+#define EVIDENCE_SIGMAS 3.0 /* what one spot tells at most */
+#define EVIDENCE_LEAST 4
 #define VAGUE_SHARE 0.5 /* of the line: a spot that may be either one or both */
-#define ROUNDS 4
 
 /* One camera's spot of the two. */
 struct pressed_spot {
@@ -95,18 +98,6 @@ static bool find_spot(const struct matcher *m, uint32_t c, const struct label_st
 	return shape_px2[0] > 0;
 }
 
-static double median(double *values, int count)
-{
-	for (int i = 1; i < count; i++)
-		for (int k = i; k > 0 && values[k] < values[k - 1]; k--) {
-			double swapped = values[k];
-
-			values[k] = values[k - 1];
-			values[k - 1] = swapped;
-		}
-	return count % 2 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
-}
-
 static void add_equation(double normal[6], struct vec3 *right, double error, struct vec3 slope,
 			 double weight)
 {
@@ -117,18 +108,41 @@ static void add_equation(double normal[6], struct vec3 *right, double error, str
 		 weight);
 }
 
-/* What one spot says of the line: x^2 - y^2 and 2 x y, as its spread has no direction. A spot that
- * says much else is another marker's too (Geman-McClure). */
+/* Of what a spot says of such a line. */
+static double spread_sigma_px2(const struct pressed_spot *spot, const double line_px[2])
+{
+	return hypot(SPREAD_SIGMA_PX2 / (spot->share * (1 - spot->share)),
+		     LINE_SHARE * (line_px[0] * line_px[0] + line_px[1] * line_px[1]));
+}
+
+/* The line that two so far apart have in the camera, and by how much its spot says otherwise: it
+ * tells x^2 - y^2 and 2 x y, as its spread has no direction. */
+static void compare(const struct matcher *m, uint32_t c, const struct pressed *pressed,
+		    const struct pressed_spot *spot, double line[2], double off[2])
+{
+	const struct projection *q = &m->seen[c][pressed->seed[0]];
+
+	for (int k = 0; k < 2; k++)
+		line[k] = project_slope(q, k, pressed->apart_m);
+	off[0] = spot->longer_px2[0] - (line[0] * line[0] - line[1] * line[1]);
+	off[1] = spot->longer_px2[1] - 2 * line[0] * line[1];
+}
+
+/* A spot that says much else is another marker's too (Geman-McClure). The kernel narrows round by
+ * round (graduated non-convexity; Yang et al. 2020): a way that is far off yet would else make
+ * outliers of all who know better. */
 static void add_spot(const struct matcher *m, uint32_t c, const struct pressed *pressed,
-		     const struct pressed_spot *spot, double normal[6], struct vec3 *right)
+		     const struct pressed_spot *spot, double lenience, double normal[6],
+		     struct vec3 *right)
 {
 	const struct projection *q = &m->seen[c][pressed->seed[0]];
 	struct vec3 jx = {q->slopes[0][0], q->slopes[0][1], q->slopes[0][2]};
 	struct vec3 jy = {q->slopes[1][0], q->slopes[1][1], q->slopes[1][2]};
-	double x = vec3_dot(jx, pressed->apart_m), y = vec3_dot(jy, pressed->apart_m);
-	double off[2] = {spot->longer_px2[0] - (x * x - y * y), spot->longer_px2[1] - 2 * x * y};
-	double sigma_px2 = SPREAD_SIGMA_PX2 / (spot->share * (1 - spot->share));
-	double far = hypot(off[0], off[1]) / (ROBUST_SIGMAS * sigma_px2);
+	double line[2], off[2];
+
+	compare(m, c, pressed, spot, line, off);
+	double x = line[0], y = line[1], sigma_px2 = spread_sigma_px2(spot, line);
+	double far = hypot(off[0], off[1]) / (lenience * ROBUST_SIGMAS * sigma_px2);
 	double weight = 1 / (sigma_px2 * (1 + far * far));
 
 	add_equation(normal, right, off[0], vec3_sub(vec3_scale(jx, 2 * x), vec3_scale(jy, 2 * y)),
@@ -190,13 +204,15 @@ static bool solve_apart(const struct matcher *m, const struct pressed_spots *spo
 	const double prior = 1 / (EXPECTED_SIGMA_M * EXPECTED_SIGMA_M);
 
 	for (int round = 0; round < ROUNDS; round++) {
+		double lenience = LENIENCE / (1 + round * (LENIENCE - 1) / (ROUNDS - 1));
 		double normal[6] = {prior, 0, 0, prior, 0, prior}, inverse[6], determinant;
 		struct vec3 right = vec3_scale(vec3_sub(expected_m, pressed->apart_m), prior);
 
 		for (uint32_t left = spots->apart_mask; left; left &= left - 1)
 			add_way(m, (uint32_t)__builtin_ctz(left), pressed, spots, normal, &right);
 		for (int i = 0; i < spots->count; i++)
-			add_spot(m, spots->camera[i], pressed, &spots->spot[i], normal, &right);
+			add_spot(m, spots->camera[i], pressed, &spots->spot[i], lenience, normal,
+				 &right);
 		if (!sym3_invert(normal, inverse, &determinant))
 			return false;
 		pressed->apart_m = vec3_add(pressed->apart_m, sym3_apply(inverse, right));
@@ -231,30 +247,46 @@ static bool ask_others(const struct matcher *m, const struct label_state *labels
 	return spots->count > 0;
 }
 
+/* In squared sigmas, Geman-McClure. */
+static double misfit(const double off[2], double sigma_px2)
+{
+	double z2 = (off[0] * off[0] + off[1] * off[1]) / (sigma_px2 * sigma_px2);
+
+	return z2 / (1 + z2 / (EVIDENCE_SIGMAS * EVIDENCE_SIGMAS));
+}
+
+/* By how much two markers so far apart fit the spots better than one does. */
+static double evidence_of_two(const struct matcher *m, const struct pressed_spots *spots,
+			      const struct pressed *pressed)
+{
+	const double none_px[2] = {0, 0};
+	double evidence = 0;
+
+	for (int i = 0; i < spots->count; i++) {
+		const struct pressed_spot *spot = &spots->spot[i];
+		double line[2], off[2];
+
+		compare(m, spots->camera[i], pressed, spot, line, off);
+		evidence += misfit(spot->longer_px2, spread_sigma_px2(spot, none_px)) -
+			    misfit(off, spread_sigma_px2(spot, line));
+	}
+	return evidence;
+}
+
 /* How far apart the two are; false when no spot is both, or it is one alone. */
 static bool find_apart(const struct matcher *m, const struct label_state *labels,
 		       struct pressed *pressed)
 {
 	struct pressed_spots spots = {.count = 0};
 	struct vec3 expected_m = pressed->apart_m;
-	double ratios[CAMERA_MAX];
-	int kept = 0;
 
 	find_spots(m, labels, pressed, &spots);
 	if (spots.count == 0 ||
 	    (spots.count < CAMERA_LEAST && !ask_others(m, labels, expected_m, pressed, &spots)))
 		return false;
-	for (int i = 0; i < spots.count; i++)
-		ratios[i] = spots.spot[i].ratio;
-	double ratio = median(ratios, spots.count);
-	for (int i = 0; i < spots.count; i++)
-		if (spots.spot[i].ratio > SPREAD_SHARE * ratio) {
-			spots.camera[kept] = spots.camera[i];
-			spots.spot[kept++] = spots.spot[i];
-		}
-	spots.count = kept;
-	return ratio > SPREAD_LEAST && ratio < SPREAD_MOST &&
-	       solve_apart(m, &spots, expected_m, pressed);
+	return solve_apart(m, &spots, expected_m, pressed) &&
+	       vec3_distance(pressed->apart_m, expected_m) < APART_OFF_M &&
+	       evidence_of_two(m, &spots, pressed) > EVIDENCE_LEAST;
 }
 
 int pressed_find(const struct matcher *m, const struct label_state *labels, struct pressed *out)
@@ -275,6 +307,12 @@ int pressed_find(const struct matcher *m, const struct label_state *labels, stru
 	return count;
 }
 
+/* When the two last had their names. */
+static bool saw_both(const struct label_state *labels, uint32_t c, const int16_t label[2])
+{
+	return labels[label[0]].camera_mask & labels[label[1]].camera_mask & 1u << c;
+}
+
 enum merge pressed_part(const struct matcher *m, uint32_t c, const struct label_state *labels,
 			const struct pressed *pressed, int *blob, struct parting *out)
 {
@@ -286,6 +324,8 @@ enum merge pressed_part(const struct matcher *m, uint32_t c, const struct label_
 	out->sigma_px = VAGUE_SHARE * spot.line_px;
 	for (int i = 0; i < 2; i++)
 		out->label[i] = m->seeds[pressed->seed[i]].label;
+	if (spot.ratio < 0 && !saw_both(labels, c, out->label))
+		return MERGE_NONE;
 	if (spot.ratio < SPREAD_SHARE || spot.line_px < LINE_MIN_PX)
 		return MERGE_VAGUE;
 	double along[2] = {spot.line[0] / spot.line_px, spot.line[1] / spot.line_px};

@@ -38,9 +38,14 @@ bool point_is_unsure(const struct matcher *m, const struct point *point)
 
 bool point_is_strained(const struct matcher *m, const struct point *point)
 {
-	int count = 0;
+	int count = 0, plain_count = 0;
+	int16_t pair[2];
 
-	for (uint32_t left = point->fix.used_mask; left; left &= left - 1)
-		count += blob_of(m, point, (uint32_t)__builtin_ctz(left))->sigma_px < TELLS_PX;
-	return count < 3 || point->fix.chi2_per_dof > STRAINED_CHI2;
+	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
+		uint32_t c = (uint32_t)__builtin_ctz(left);
+
+		count += blob_of(m, point, c)->sigma_px < TELLS_PX;
+		plain_count += !match_is_half(m, c, point->blob[c], pair);
+	}
+	return count < 3 || plain_count == 0 || point->fix.chi2_per_dof > STRAINED_CHI2;
 }

@@ -14,5 +14,6 @@ bool point_is_merged(const struct matcher *matcher, const struct point *point);
 /* Spots of two markers alone show it, and fewer than three of them surely. */
 bool point_is_unsure(const struct matcher *matcher, const struct point *point);
 
-/* They hardly agree on one place, or fewer than three of them tell much. */
+/* They hardly agree on one place, fewer than three of them tell much, or all are halves of spots:
+ * two markers of which one is elsewhere make such too. */
 bool point_is_strained(const struct matcher *matcher, const struct point *point);

@@ -11,8 +11,7 @@
 #define TWO_CAMERA_SHARE 0.45     /* ... of the distance to the next marker */
 #define TWO_CAMERA_SIGMA_M 0.0025 /* who is expected more vaguely needs three */
 #define VAGUE_PX 0.45f            /* of a merged spot: neither; a part of one is surer */
-#define NOISE_MAX_M 0.001         /* of the pair, or ... */
-#define NOISE_SHARE 0.125         /* ... of the distance to the next marker */
+#define NOISE_MAX_M 0.001         /* of the pair */
 #define FACE_SIGMA 3.0            /* ... and no farther from where the whole face has it */
 
 #define RIVAL_MARGIN 5.0 /* squared sigmas by which a blob fits this one better */
@@ -155,10 +154,8 @@ static bool is_merged(const struct tracker_state *state, const struct matcher *m
 }
 
 /* Who may be off by so much is no measurement; of two merged spots half of it is too much. */
-static bool is_vague(const struct label_state *label, const struct matcher *matcher,
-		     const struct point *point)
+static bool is_vague(const struct matcher *matcher, const struct point *point)
 {
-	double most_m = fmax(NOISE_MAX_M, NOISE_SHARE * label->spacing_m);
 	bool plain = false;
 
 	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
@@ -166,7 +163,7 @@ static bool is_vague(const struct label_state *label, const struct matcher *matc
 
 		plain |= !(matcher->cameras[c].blobs[point->blob[c]].flags & BLOB_MERGED);
 	}
-	return fix_noise_m(&point->fix) > (plain ? most_m : 0.5 * most_m);
+	return fix_noise_m(&point->fix) > (plain ? NOISE_MAX_M : 0.5 * NOISE_MAX_M);
 }
 
 /* Whether the pair is this label's marker. */
@@ -177,8 +174,7 @@ static bool is_it(const struct labelling *l, const struct tracker_state *state,
 	struct point_size size = point_size(matcher, &state->blur, point);
 
 	return match_sure_views(matcher, point) == 2 && !is_merged(state, matcher, point) &&
-	       !is_vague(&state->labels[i], matcher, point) &&
-	       !joins_in(l, &state->labels[i], i, point) &&
+	       !is_vague(matcher, point) && !joins_in(l, &state->labels[i], i, point) &&
 	       point_size_fits(&size, state->labels[i].diameter_m) &&
 	       fits(l, state, i, point, local_m) && !has_rival(l, state, matcher, i, point);
 }
