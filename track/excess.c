@@ -6,8 +6,10 @@
 
 #include <math.h>
 
-#define GAIN 0.1      /* per shot */
-#define CHI2_MAX 16.0 /* one point counts for no more */
+#define GAIN 0.1        /* per shot */
+#define CHI2_MAX 16.0   /* one point counts for no more */
+#define MIXED_CHI2 9.0  /* of a point made of several markers' spots, ... */
+#define MIXED_SHARE 0.1 /* ... of which there are no more than this */
 #define DOF_MIN 10
 #define MAX_PX2 (0.5 * 0.5)
 /* Steps are shares of what is learned and this: were they shares of what a faint spot leaves over,
@@ -26,15 +28,29 @@ static void take_step(double *learned_px2, double share)
 	*learned_px2 = fmin(fmax(*learned_px2, 0), MAX_PX2);
 }
 
+/* Few points whose views contradict each other are mixes of markers and tell nothing of the rig;
+ * where many do, it is the rig. */
+static bool few_are_mixed(const struct matcher *m)
+{
+	uint32_t count = 0, mixed = 0;
+
+	for (uint32_t p = 0; p < m->point_count; p++) {
+		count += m->points[p].fix.used_count >= 3;
+		mixed += m->points[p].fix.used_count >= 3 &&
+			 m->points[p].fix.chi2_per_dof > MIXED_CHI2;
+	}
+	return mixed < MIXED_SHARE * count;
+}
+
 static void learn_all(struct tracker_state *state, const struct matcher *m)
 {
-	double chi2 = 0, dof = 0;
+	double most = few_are_mixed(m) ? MIXED_CHI2 : INFINITY, chi2 = 0, dof = 0;
 
 	for (uint32_t p = 0; p < m->point_count; p++) {
 		const struct fix *fix = &m->points[p].fix;
 		double fix_dof = 2 * fix->used_count - 3;
 
-		if (fix->used_count < 3)
+		if (fix->used_count < 3 || fix->chi2_per_dof > most)
 			continue;
 		chi2 += fix_dof * fmin(fix->chi2_per_dof, CHI2_MAX);
 		dof += fix_dof;
