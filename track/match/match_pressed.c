@@ -3,44 +3,19 @@
  * spot in most cameras. From one to the other it is as far for all of them, so that their spots
  * together tell it, where each one's is too short to be told from a disc seen obliquely.
  */
-#include "track/match/match_parts.h"
+#include "track/match/match_pressed_parts.h"
 #include "track/match/sight_index.h"
-#include "track/match/triangulate_parts.h"
 
-#define NEAR_M 0.006     /* so far apart at most are they expected */
-#define LINE_MIN_PX 0.7  /* ... and at least, in a camera that may tell */
-#define OFF_SHARE 0.4    /* of that: so far from the middle is their spot, and ... */
-#define OFF_PX 0.8       /* ... so much more, as neither is expected exactly */
-#define CAMERA_LEAST 2   /* that tell */
-#define WAY_SIGMA_PX 0.1 /* of spots that touch, beyond their own */
-#define SPREAD_SHARE 0.5 /* of what their way asks for: with less, one may be there alone */
-#define SPREAD_SIGMA_PX2 0.2
-#define LINE_SHARE 0.25         /* of the line's square: a spread tells it no better */
-#define EXPECTED_SIGMA_M 0.0008 /* of the way from one to the other */
-#define APART_OFF_M 0.0024      /* farther from there it is not these two's */
-#define ROBUST_SIGMAS 2.0
-#define LENIENCE 8.0 /* times as many in the first round, as the way may be far off yet */
-#define ROUNDS 5
-#define EVIDENCE_SIGMAS 3.0 /* what one spot tells at most */
-#define EVIDENCE_LEAST 4
-#define VAGUE_SHARE 0.5 /* of the line: a spot that may be either one or both */
-
-/* One camera's spot of the two. */
-struct pressed_spot {
-	int blob;
-	bool share_known;
-	double share;
-	double line[2], line_px; /* from the first to the second */
-	double longer_px2[2];    /* xx - yy and 2 xy of what its spread says of the line */
-	double ratio;            /* of that along the line, over what was expected */
-};
-
-static double project_slope(const struct projection *q, int axis, struct vec3 d)
-{
-	const double *slope = q->slopes[axis];
-
-	return slope[0] * d.x + slope[1] * d.y + slope[2] * d.z;
-}
+#define NEAR_M 0.006      /* so far apart at most are they expected */
+#define LINE_MIN_PX 0.7   /* ... and at least, in a camera that may tell */
+#define OFF_SHARE 0.4     /* of that: so far from the middle is their spot, and ... */
+#define OFF_PX 0.8        /* ... so much more, as neither is expected exactly */
+#define CAMERA_LEAST 2    /* that tell */
+#define WAY_SIGMA_PX 0.1  /* of spots that touch, beyond their own */
+#define SPREAD_LEAST 0.45 /* of what was expected: one marker alone, seen obliquely, has less */
+#define SPREAD_MOST 2.5   /* ... more is not as expected */
+#define SPREAD_SHARE 0.5  /* of the median, or their way: a camera with less sees one of them */
+#define VAGUE_SHARE 0.5   /* of the line: a spot that may be either one or both */
 
 static bool are_in_sight(const struct matcher *m, uint32_t c, const int16_t seed[2])
 {
@@ -98,67 +73,6 @@ static bool find_spot(const struct matcher *m, uint32_t c, const struct label_st
 	return shape_px2[0] > 0;
 }
 
-static void add_equation(double normal[6], struct vec3 *right, double error, struct vec3 slope,
-			 double weight)
-{
-	*right = vec3_add(*right, vec3_scale(slope, weight * error));
-	sym3_add(normal,
-		 (double[]){slope.x * slope.x, slope.x * slope.y, slope.x * slope.z,
-			    slope.y * slope.y, slope.y * slope.z, slope.z * slope.z},
-		 weight);
-}
-
-/* Of what a spot says of such a line. */
-static double spread_sigma_px2(const struct pressed_spot *spot, const double line_px[2])
-{
-	return hypot(SPREAD_SIGMA_PX2 / (spot->share * (1 - spot->share)),
-		     LINE_SHARE * (line_px[0] * line_px[0] + line_px[1] * line_px[1]));
-}
-
-/* The line that two so far apart have in the camera, and by how much its spot says otherwise: it
- * tells x^2 - y^2 and 2 x y, as its spread has no direction. */
-static void compare(const struct matcher *m, uint32_t c, const struct pressed *pressed,
-		    const struct pressed_spot *spot, double line[2], double off[2])
-{
-	const struct projection *q = &m->seen[c][pressed->seed[0]];
-
-	for (int k = 0; k < 2; k++)
-		line[k] = project_slope(q, k, pressed->apart_m);
-	off[0] = spot->longer_px2[0] - (line[0] * line[0] - line[1] * line[1]);
-	off[1] = spot->longer_px2[1] - 2 * line[0] * line[1];
-}
-
-/* A spot that says much else is another marker's too (Geman-McClure). The kernel narrows round by
- * round (graduated non-convexity; Yang et al. 2020): a way that is far off yet would else make
- * outliers of all who know better. */
-static void add_spot(const struct matcher *m, uint32_t c, const struct pressed *pressed,
-		     const struct pressed_spot *spot, double lenience, double normal[6],
-		     struct vec3 *right)
-{
-	const struct projection *q = &m->seen[c][pressed->seed[0]];
-	struct vec3 jx = {q->slopes[0][0], q->slopes[0][1], q->slopes[0][2]};
-	struct vec3 jy = {q->slopes[1][0], q->slopes[1][1], q->slopes[1][2]};
-	double line[2], off[2];
-
-	compare(m, c, pressed, spot, line, off);
-	double x = line[0], y = line[1], sigma_px2 = spread_sigma_px2(spot, line);
-	double far = hypot(off[0], off[1]) / (lenience * ROBUST_SIGMAS * sigma_px2);
-	double weight = 1 / (sigma_px2 * (1 + far * far));
-
-	add_equation(normal, right, off[0], vec3_sub(vec3_scale(jx, 2 * x), vec3_scale(jy, 2 * y)),
-		     weight * weight);
-	add_equation(normal, right, off[1], vec3_add(vec3_scale(jx, 2 * y), vec3_scale(jy, 2 * x)),
-		     weight * weight);
-}
-
-struct pressed_spots {
-	int count;
-	uint32_t camera[CAMERA_MAX];
-	struct pressed_spot spot[CAMERA_MAX];
-	uint32_t apart_mask; /* cameras that have a spot for each */
-	double apart_px[CAMERA_MAX][2], apart_sigma_px[CAMERA_MAX];
-};
-
 /* The camera has a spot for each, and so tells the way from one to the other. They touch: where
  * they do not, a camera that has but one spot sees one of them alone. */
 static void find_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
@@ -182,44 +96,6 @@ static void find_way(const struct matcher *m, uint32_t c, const struct pressed *
 		hypot(match_sigma_px(m, c, one), match_sigma_px(m, c, other)) + WAY_SIGMA_PX;
 }
 
-static void add_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
-		    const struct pressed_spots *spots, double normal[6], struct vec3 *right)
-{
-	const struct projection *q = &m->seen[c][pressed->seed[0]];
-	double weight = 1 / (spots->apart_sigma_px[c] * spots->apart_sigma_px[c]);
-
-	for (int k = 0; k < 2; k++) {
-		struct vec3 slope = {q->slopes[k][0], q->slopes[k][1], q->slopes[k][2]};
-
-		add_equation(normal, right,
-			     spots->apart_px[c][k] - vec3_dot(slope, pressed->apart_m), slope,
-			     weight);
-	}
-}
-
-/* Gauss-Newton from what is known so far, and leaning on where they were expected. */
-static bool solve_apart(const struct matcher *m, const struct pressed_spots *spots,
-			struct vec3 expected_m, struct pressed *pressed)
-{
-	const double prior = 1 / (EXPECTED_SIGMA_M * EXPECTED_SIGMA_M);
-
-	for (int round = 0; round < ROUNDS; round++) {
-		double lenience = LENIENCE / (1 + round * (LENIENCE - 1) / (ROUNDS - 1));
-		double normal[6] = {prior, 0, 0, prior, 0, prior}, inverse[6], determinant;
-		struct vec3 right = vec3_scale(vec3_sub(expected_m, pressed->apart_m), prior);
-
-		for (uint32_t left = spots->apart_mask; left; left &= left - 1)
-			add_way(m, (uint32_t)__builtin_ctz(left), pressed, spots, normal, &right);
-		for (int i = 0; i < spots->count; i++)
-			add_spot(m, spots->camera[i], pressed, &spots->spot[i], lenience, normal,
-				 &right);
-		if (!sym3_invert(normal, inverse, &determinant))
-			return false;
-		pressed->apart_m = vec3_add(pressed->apart_m, sym3_apply(inverse, right));
-	}
-	return true;
-}
-
 static void find_spots(const struct matcher *m, const struct label_state *labels,
 		       const struct pressed *pressed, struct pressed_spots *spots)
 {
@@ -241,36 +117,32 @@ static bool ask_others(const struct matcher *m, const struct label_state *labels
 			find_way(m, c, pressed, spots);
 	spots->count = 0;
 	if (__builtin_popcount(spots->apart_mask) < CAMERA_LEAST ||
-	    !solve_apart(m, spots, expected_m, pressed))
+	    !pressed_fit(m, spots, expected_m, pressed))
 		return false;
 	find_spots(m, labels, pressed, spots);
 	return spots->count > 0;
 }
 
-/* In squared sigmas, Geman-McClure. */
-static double misfit(const double off[2], double sigma_px2)
+static double median_ratio(const struct pressed_spots *spots)
 {
-	double z2 = (off[0] * off[0] + off[1] * off[1]) / (sigma_px2 * sigma_px2);
+	double ratios[CAMERA_MAX];
 
-	return z2 / (1 + z2 / (EVIDENCE_SIGMAS * EVIDENCE_SIGMAS));
+	for (int i = 0; i < spots->count; i++)
+		ratios[i] = spots->spot[i].ratio;
+	return pressed_median(ratios, spots->count);
 }
 
-/* By how much two markers so far apart fit the spots better than one does. */
-static double evidence_of_two(const struct matcher *m, const struct pressed_spots *spots,
-			      const struct pressed *pressed)
+/* Cameras whose spot is one of the two alone. */
+static void drop_single(struct pressed_spots *spots, double least_ratio)
 {
-	const double none_px[2] = {0, 0};
-	double evidence = 0;
+	int kept = 0;
 
-	for (int i = 0; i < spots->count; i++) {
-		const struct pressed_spot *spot = &spots->spot[i];
-		double line[2], off[2];
-
-		compare(m, spots->camera[i], pressed, spot, line, off);
-		evidence += misfit(spot->longer_px2, spread_sigma_px2(spot, none_px)) -
-			    misfit(off, spread_sigma_px2(spot, line));
-	}
-	return evidence;
+	for (int i = 0; i < spots->count; i++)
+		if (spots->spot[i].ratio > least_ratio) {
+			spots->camera[kept] = spots->camera[i];
+			spots->spot[kept++] = spots->spot[i];
+		}
+	spots->count = kept;
 }
 
 /* How far apart the two are; false when no spot is both, or it is one alone. */
@@ -284,9 +156,13 @@ static bool find_apart(const struct matcher *m, const struct label_state *labels
 	if (spots.count == 0 ||
 	    (spots.count < CAMERA_LEAST && !ask_others(m, labels, expected_m, pressed, &spots)))
 		return false;
-	return solve_apart(m, &spots, expected_m, pressed) &&
-	       vec3_distance(pressed->apart_m, expected_m) < APART_OFF_M &&
-	       evidence_of_two(m, &spots, pressed) > EVIDENCE_LEAST;
+	double ratio = median_ratio(&spots);
+	bool as_expected = ratio > SPREAD_LEAST && ratio < SPREAD_MOST;
+
+	if (as_expected)
+		drop_single(&spots, SPREAD_SHARE * ratio);
+	return pressed_fit(m, &spots, expected_m, pressed) &&
+	       (as_expected || pressed_are_plainly_two(m, &spots, expected_m, pressed));
 }
 
 int pressed_find(const struct matcher *m, const struct label_state *labels, struct pressed *out)

@@ -1,0 +1,146 @@
+/*
+ * The way from an upper lip's marker to the lower one's, fitted in space to the spreads of all
+ * spots that hold both.
+ */
+#include "track/match/match_pressed_parts.h"
+#include "track/match/triangulate_parts.h"
+
+#define SPREAD_SIGMA_PX2 0.2
+#define LINE_SHARE 0.25         /* of the line's square: a spread tells it no better */
+#define EXPECTED_SIGMA_M 0.0008 /* of the way from one to the other */
+#define ROBUST_SIGMAS 2.0
+#define LENIENCE 8.0 /* times as many in the first round, as the way may be far off yet */
+#define ROUNDS 5
+#define EVIDENCE_SIGMAS 3.0 /* what one spot tells at most */
+#define EVIDENCE_LEAST 6    /* ... all must, and ... */
+#define EVIDENCE_MEDIAN 4   /* ... the median one */
+
+double pressed_median(double *values, int count)
+{
+	for (int i = 1; i < count; i++)
+		for (int k = i; k > 0 && values[k] < values[k - 1]; k--) {
+			double swapped = values[k];
+
+			values[k] = values[k - 1];
+			values[k - 1] = swapped;
+		}
+	return count % 2 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
+}
+
+static void add_equation(double normal[6], struct vec3 *right, double error, struct vec3 slope,
+			 double weight)
+{
+	*right = vec3_add(*right, vec3_scale(slope, weight * error));
+	sym3_add(normal,
+		 (double[]){slope.x * slope.x, slope.x * slope.y, slope.x * slope.z,
+			    slope.y * slope.y, slope.y * slope.z, slope.z * slope.z},
+		 weight);
+}
+
+/* Of what a spot says of such a line. */
+static double spread_sigma_px2(const struct pressed_spot *spot, const double line_px[2])
+{
+	return hypot(SPREAD_SIGMA_PX2 / (spot->share * (1 - spot->share)),
+		     LINE_SHARE * (line_px[0] * line_px[0] + line_px[1] * line_px[1]));
+}
+
+/* The line that two so far apart have in the camera, and by how much its spot says otherwise: it
+ * tells x^2 - y^2 and 2 x y, as its spread has no direction. */
+static void compare(const struct matcher *m, uint32_t c, const struct pressed *pressed,
+		    const struct pressed_spot *spot, double line[2], double off[2])
+{
+	const struct projection *q = &m->seen[c][pressed->seed[0]];
+
+	for (int k = 0; k < 2; k++)
+		line[k] = project_slope(q, k, pressed->apart_m);
+	off[0] = spot->longer_px2[0] - (line[0] * line[0] - line[1] * line[1]);
+	off[1] = spot->longer_px2[1] - 2 * line[0] * line[1];
+}
+
+/* A spot that says much else is another marker's too (Geman-McClure). The kernel narrows round by
+ * round (graduated non-convexity; Yang et al. 2020): a way that is far off yet would else make
+ * outliers of all who know better. */
+static void add_spot(const struct matcher *m, uint32_t c, const struct pressed *pressed,
+		     const struct pressed_spot *spot, double lenience, double normal[6],
+		     struct vec3 *right)
+{
+	const struct projection *q = &m->seen[c][pressed->seed[0]];
+	struct vec3 jx = {q->slopes[0][0], q->slopes[0][1], q->slopes[0][2]};
+	struct vec3 jy = {q->slopes[1][0], q->slopes[1][1], q->slopes[1][2]};
+	double line[2], off[2];
+
+	compare(m, c, pressed, spot, line, off);
+	double x = line[0], y = line[1], sigma_px2 = spread_sigma_px2(spot, line);
+	double far = hypot(off[0], off[1]) / (lenience * ROBUST_SIGMAS * sigma_px2);
+	double weight = 1 / (sigma_px2 * (1 + far * far));
+
+	add_equation(normal, right, off[0], vec3_sub(vec3_scale(jx, 2 * x), vec3_scale(jy, 2 * y)),
+		     weight * weight);
+	add_equation(normal, right, off[1], vec3_add(vec3_scale(jx, 2 * y), vec3_scale(jy, 2 * x)),
+		     weight * weight);
+}
+
+static void add_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
+		    const struct pressed_spots *spots, double normal[6], struct vec3 *right)
+{
+	const struct projection *q = &m->seen[c][pressed->seed[0]];
+	double weight = 1 / (spots->apart_sigma_px[c] * spots->apart_sigma_px[c]);
+
+	for (int k = 0; k < 2; k++) {
+		struct vec3 slope = {q->slopes[k][0], q->slopes[k][1], q->slopes[k][2]};
+
+		add_equation(normal, right,
+			     spots->apart_px[c][k] - vec3_dot(slope, pressed->apart_m), slope,
+			     weight);
+	}
+}
+
+/* Gauss-Newton from what is known so far. */
+bool pressed_fit(const struct matcher *m, const struct pressed_spots *spots, struct vec3 expected_m,
+		 struct pressed *pressed)
+{
+	const double prior = 1 / (EXPECTED_SIGMA_M * EXPECTED_SIGMA_M);
+
+	for (int round = 0; round < ROUNDS; round++) {
+		double lenience = LENIENCE / (1 + round * (LENIENCE - 1) / (ROUNDS - 1));
+		double normal[6] = {prior, 0, 0, prior, 0, prior}, inverse[6], determinant;
+		struct vec3 right = vec3_scale(vec3_sub(expected_m, pressed->apart_m), prior);
+
+		for (uint32_t left = spots->apart_mask; left; left &= left - 1)
+			add_way(m, (uint32_t)__builtin_ctz(left), pressed, spots, normal, &right);
+		for (int i = 0; i < spots->count; i++)
+			add_spot(m, spots->camera[i], pressed, &spots->spot[i], lenience, normal,
+				 &right);
+		if (!sym3_invert(normal, inverse, &determinant))
+			return false;
+		pressed->apart_m = vec3_add(pressed->apart_m, sym3_apply(inverse, right));
+	}
+	return true;
+}
+
+/* In squared sigmas, Geman-McClure. */
+static double misfit(const double off[2], double sigma_px2)
+{
+	double z2 = (off[0] * off[0] + off[1] * off[1]) / (sigma_px2 * sigma_px2);
+
+	return z2 / (1 + z2 / (EVIDENCE_SIGMAS * EVIDENCE_SIGMAS));
+}
+
+bool pressed_are_plainly_two(const struct matcher *m, const struct pressed_spots *spots,
+			     struct vec3 expected_m, const struct pressed *pressed)
+{
+	const double none_px[2] = {0, 0};
+	double off_sigmas = vec3_distance(pressed->apart_m, expected_m) / EXPECTED_SIGMA_M;
+	double gains[CAMERA_MAX], all = -off_sigmas * off_sigmas;
+
+	for (int i = 0; i < spots->count; i++) {
+		const struct pressed_spot *spot = &spots->spot[i];
+		double line[2], off[2];
+
+		compare(m, spots->camera[i], pressed, spot, line, off);
+		gains[i] = misfit(spot->longer_px2, spread_sigma_px2(spot, none_px)) -
+			   misfit(off, spread_sigma_px2(spot, line));
+		all += gains[i];
+	}
+	return all > EVIDENCE_LEAST && pressed_median(gains, spots->count) > EVIDENCE_MEDIAN;
+}
