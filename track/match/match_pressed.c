@@ -15,6 +15,8 @@
 #define SPREAD_LEAST 0.45 /* of what was expected: one marker alone, seen obliquely, has less */
 #define SPREAD_MOST 2.5   /* ... more is not as expected */
 #define SPREAD_SHARE 0.5  /* of the median, or their way: a camera with less sees one of them */
+#define NEW_SHARE 0.9     /* ... of their way, of a camera that did not see both before */
+#define ALONE_SHARE 0.3   /* ... and with less than this it is surely one of them */
 #define VAGUE_SHARE 0.5   /* of the line: a spot that may be either one or both */
 
 static bool are_in_sight(const struct matcher *m, uint32_t c, const int16_t seed[2])
@@ -200,9 +202,11 @@ enum merge pressed_part(const struct matcher *m, uint32_t c, const struct label_
 	out->sigma_px = VAGUE_SHARE * spot.line_px;
 	for (int i = 0; i < 2; i++)
 		out->label[i] = m->seeds[pressed->seed[i]].label;
-	if (spot.ratio < 0 && !saw_both(labels, c, out->label))
+	bool knew_both = saw_both(labels, c, out->label);
+
+	if (!knew_both && spot.ratio < ALONE_SHARE)
 		return MERGE_NONE;
-	if (spot.ratio < SPREAD_SHARE || spot.line_px < LINE_MIN_PX)
+	if (spot.ratio < (knew_both ? SPREAD_SHARE : NEW_SHARE) || spot.line_px < LINE_MIN_PX)
 		return MERGE_VAGUE;
 	double along[2] = {spot.line[0] / spot.line_px, spot.line[1] / spot.line_px};
 	merged_place(&m->cameras[c].blobs[spot.blob], along, spot.line_px, spot.share, out);
