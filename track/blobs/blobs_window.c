@@ -141,9 +141,9 @@ add_window(struct sums *out, const struct grey_image *image, const struct fit *f
 		float8 base = flat ? l.value : add(l.value, mul(l.slope_y, dy)), dx = l.first_dx;
 		float8 across = mul(l.two_qxy, dy), along = mul(mul(l.qyy, dy), dy);
 		float8 row_value = all(0);
+
 		if (y & 1)
 			feed_on(feed);
-
 		for (int i = 0; i < steps; i++, dx = add(dx, all(WINDOW_STEP_PX))) {
 			float8 v = simde_mm256_cvtepi32_ps(grey_load8(row + i * WINDOW_STEP_PX));
 			float8 s = flat ? v : sub(v, mul(l.slope_x, dx));

@@ -9,7 +9,7 @@
 
 #define BACK_M 0.090 /* from the mouth to the condyles */
 #define UP_M 0.044
-#define EDGE_RAD 0.04  /* of elevation about it, from skin that stays to skin that goes */
+#define EDGE_RAD 0.04  /* of elevation about them, from skin that stays to skin that goes */
 #define SHARE_MIN 0.05 /* less is not the jaw's */
 #define STEP_RAD 0.025 /* 2.5 mm at the chin */
 #define STEPS 36

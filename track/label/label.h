@@ -24,7 +24,7 @@ struct labelling {
 	struct pose rt_stage_frame[FRAME_MAX], rt_frame_stage[FRAME_MAX];
 
 	struct point_size sizes[POINT_MAX]; /* filled before: of the points' lights */
-	bool is_strained[POINT_MAX];        /* ... their views hardly agree, or hardly tell */
+	bool is_strained[POINT_MAX];        /* ... see point_is_strained() */
 	bool is_ghost[POINT_MAX];           /* filled before: a light is known to stand there */
 	bool merged[POINT_MAX]; /* filled before: most views of the point show two markers as one */
 

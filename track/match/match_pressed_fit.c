@@ -5,7 +5,7 @@
 #include "track/match/match_pressed_parts.h"
 #include "track/match/triangulate_parts.h"
 
-#define SPREAD_SIGMA_PX2 0.2
+#define SPREAD_SIGMA_PX2 0.2    /* of a spot's spread */
 #define LINE_SHARE 0.25         /* of the line's square: a spread tells it no better */
 #define EXPECTED_SIGMA_M 0.0008 /* of the way from one to the other */
 #define ROBUST_SIGMAS 2.0
@@ -46,15 +46,15 @@ static double spread_sigma_px2(const struct pressed_spot *spot, const double lin
 
 /* The line that two so far apart have in the camera, and by how much its spot says otherwise: it
  * tells x^2 - y^2 and 2 x y, as its spread has no direction. */
-static void compare(const struct matcher *m, uint32_t c, const struct pressed *pressed,
-		    const struct pressed_spot *spot, double line[2], double off[2])
+static void compare_line(const struct matcher *m, uint32_t c, const struct pressed *pressed,
+			 const struct pressed_spot *spot, double line_px[2], double off_px2[2])
 {
 	const struct projection *q = &m->seen[c][pressed->seed[0]];
 
 	for (int k = 0; k < 2; k++)
-		line[k] = project_slope(q, k, pressed->apart_m);
-	off[0] = spot->longer_px2[0] - (line[0] * line[0] - line[1] * line[1]);
-	off[1] = spot->longer_px2[1] - 2 * line[0] * line[1];
+		line_px[k] = project_slope(q, k, pressed->apart_m);
+	off_px2[0] = spot->longer_px2[0] - (line_px[0] * line_px[0] - line_px[1] * line_px[1]);
+	off_px2[1] = spot->longer_px2[1] - 2 * line_px[0] * line_px[1];
 }
 
 /* A spot that says much else is another marker's too (Geman-McClure). The kernel narrows round by
@@ -67,17 +67,17 @@ static void add_spot(const struct matcher *m, uint32_t c, const struct pressed *
 	const struct projection *q = &m->seen[c][pressed->seed[0]];
 	struct vec3 jx = {q->slopes[0][0], q->slopes[0][1], q->slopes[0][2]};
 	struct vec3 jy = {q->slopes[1][0], q->slopes[1][1], q->slopes[1][2]};
-	double line[2], off[2];
+	double line_px[2], off_px2[2];
 
-	compare(m, c, pressed, spot, line, off);
-	double x = line[0], y = line[1], sigma_px2 = spread_sigma_px2(spot, line);
-	double far = hypot(off[0], off[1]) / (lenience * ROBUST_SIGMAS * sigma_px2);
+	compare_line(m, c, pressed, spot, line_px, off_px2);
+	double x = line_px[0], y = line_px[1], sigma_px2 = spread_sigma_px2(spot, line_px);
+	double far = hypot(off_px2[0], off_px2[1]) / (lenience * ROBUST_SIGMAS * sigma_px2);
 	double weight = 1 / (sigma_px2 * (1 + far * far));
 
-	add_equation(normal, right, off[0], vec3_sub(vec3_scale(jx, 2 * x), vec3_scale(jy, 2 * y)),
-		     weight * weight);
-	add_equation(normal, right, off[1], vec3_add(vec3_scale(jx, 2 * y), vec3_scale(jy, 2 * x)),
-		     weight * weight);
+	add_equation(normal, right, off_px2[0],
+		     vec3_sub(vec3_scale(jx, 2 * x), vec3_scale(jy, 2 * y)), weight * weight);
+	add_equation(normal, right, off_px2[1],
+		     vec3_add(vec3_scale(jx, 2 * y), vec3_scale(jy, 2 * x)), weight * weight);
 }
 
 static void add_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
@@ -119,9 +119,9 @@ bool pressed_fit(const struct matcher *m, const struct pressed_spots *spots, str
 }
 
 /* In squared sigmas, Geman-McClure. */
-static double misfit(const double off[2], double sigma_px2)
+static double misfit(const double off_px2[2], double sigma_px2)
 {
-	double z2 = (off[0] * off[0] + off[1] * off[1]) / (sigma_px2 * sigma_px2);
+	double z2 = (off_px2[0] * off_px2[0] + off_px2[1] * off_px2[1]) / (sigma_px2 * sigma_px2);
 
 	return z2 / (1 + z2 / (EVIDENCE_SIGMAS * EVIDENCE_SIGMAS));
 }
@@ -135,11 +135,11 @@ bool pressed_are_plainly_two(const struct matcher *m, const struct pressed_spots
 
 	for (int i = 0; i < spots->count; i++) {
 		const struct pressed_spot *spot = &spots->spot[i];
-		double line[2], off[2];
+		double line_px[2], off_px2[2];
 
-		compare(m, spots->camera[i], pressed, spot, line, off);
+		compare_line(m, spots->camera[i], pressed, spot, line_px, off_px2);
 		gains[i] = misfit(spot->longer_px2, spread_sigma_px2(spot, none_px)) -
-			   misfit(off, spread_sigma_px2(spot, line));
+			   misfit(off_px2, spread_sigma_px2(spot, line_px));
 		all += gains[i];
 	}
 	return all > EVIDENCE_LEAST && pressed_median(gains, spots->count) > EVIDENCE_MEDIAN;

@@ -32,7 +32,7 @@ static inline double project_slope(const struct projection *q, int axis, struct 
 	return slope[0] * d.x + slope[1] * d.y + slope[2] * d.z;
 }
 
-/* The median; sorts the values. */
+/* The median; sorts the values. For few of them: unlike qsort() it never allocates. */
 double pressed_median(double *values, int count);
 
 /* Fits the way from one marker to the other, leaning on where it was expected. */
