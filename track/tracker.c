@@ -284,7 +284,7 @@ static void name_shot(struct tracker_state *state, struct tracker_scratch *scrat
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		anchored[f] = fits[f].rigid_count >= 3;
 	remember_labels(l, state, m->points, anchored, now_ns, dt_s);
-	match_learn_peaks(m, state->labels);
+	match_learn_looks(m, state);
 	ghost_learn(state, l, m->points, m->point_count, dt_s);
 	for (uint32_t f = 0; f < state->frame_count; f++)
 		if (l->found[f])
@@ -316,7 +316,7 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 	begin_set(state, shot, out);
 	take_preparation(state, scratch, rig, now_ns);
 	match_begin(m, rig, &state->excess, shot);
-	match_part_merged(m, state->labels);
+	match_part_merged(m, state);
 	match_seeds(m);
 	match_leftovers(m);
 	measure_points(state, m, l);

@@ -52,6 +52,7 @@ struct label_state {
 	double diameter_m;
 
 	int16_t below;            /* of an upper lip or lid: the one across on the lower, or -1 */
+	int16_t above;            /* of a lower one: the one across on the upper, or -1 */
 	int16_t watch[WATCH_MAX]; /* the nearest others of its frame, or -1 */
 	struct vec3 master_m;     /* where the layout has it */
 
@@ -82,9 +83,8 @@ struct label_state {
 	int64_t seen_ns;        /* when it was last measured; 0 = never */
 	uint32_t camera_mask;   /* by which cameras */
 	uint32_t outvoted_mask; /* ... and by which that were not used */
-	uint8_t peak[CAMERA_MAX];  /* grey value in each camera when it was last alone; 0 = never */
-	double named_s;            /* how long it has had its name ... */
-	double unbroken_s;         /* ... and been seen in every shot */
+	double named_s;         /* how long it has had its name ... */
+	double unbroken_s;      /* ... and been seen in every shot */
 	int64_t steady_since_ns;   /* unconfirmed: explained without a break since; 0 = not */
 	struct vec3 steady_from_m; /* where it was then ... */
 	double steady_way_m;       /* ... and the farthest that it was from there */
@@ -93,6 +93,13 @@ struct label_state {
 	/* what it is worth to fill this one in */
 	struct last_sight last;
 	float fill_over1[FILL_AGES]; /* its square error over what it claims, less one */
+};
+
+/* How a marker looks to each camera; apart from the rest, which is gone through all the time. */
+struct label_look {
+	uint8_t peak[CAMERA_MAX];       /* grey value when it was last alone; 0 = never */
+	float shape_px2[CAMERA_MAX][3]; /* spread of its light then, xx xy yy; 0 = never */
+	float sees[CAMERA_MAX]; /* in which share of the last shots with its name it saw it */
 };
 
 /* What moves as one: the head of an actor, or a segment of a body. */
@@ -176,6 +183,7 @@ struct tracker_state {
 	struct frame_state frames[FRAME_MAX];
 	struct face_state faces[ACTOR_MAX];
 	struct label_state labels[LABEL_MAX];
+	struct label_look looks[LABEL_MAX];
 	struct expression_state expressions[ACTOR_MAX];
 	struct expression_row rows[LABEL_MAX];
 	struct ghost ghosts[GHOST_MAX];

@@ -148,6 +148,48 @@ static void and_in_pictures_of_a_room(void **state)
 	assert_true(p.right >= 0.9 * p.count);
 }
 
+/* Three of eight cameras see either half of a mouth, some of them its far corner in the same spots.
+ */
+static void where_few_cameras_see_a_mouth_too(void **state)
+{
+	(void)state;
+	for (int k = 0; k < 2; k++) {
+		struct sim_options room = {.scene = "11-body-and-face",
+					   .seed = 783492,
+					   .optics = OPTICS[k],
+					   .face_speed_m_s = 0.78};
+		struct pressed p = play(room, 7, 10, 10.5);
+
+		assert_true(p.count > 200);
+		assert_int_equal(p.wrong, 0);
+		assert_true(p.right >= 0.9 * p.count);
+	}
+}
+
+/* A disc seen from its edge is as long as two: a marker behind the jaw is not in its spot. */
+static void a_slanted_marker_is_not_two(void **state)
+{
+	static struct sim_play stage;
+	struct sim_options options = {.scene = "dense-thirty",
+				      .seed = 55003,
+				      .optics = "gaussian",
+				      .face_speed_m_s = 0.6};
+	struct blob_play as_the_scene_has_it = {0};
+	struct score score;
+
+	(void)state;
+	memset(&stage, 0, sizeof(stage));
+	score_init(&score);
+	assert_int_equal(sim_play_init(&stage, &options, NULL), 0);
+	for (uint64_t n = 0; n < 500; n++) {
+		sim_play_shot_us(&stage, &as_the_scene_has_it, n, 0);
+		score_shot(&score, &stage.truth, &stage.set);
+	}
+	sim_play_finish(&stage);
+	assert_true(score.right > 50000);
+	assert_int_equal(score.unseen, 0);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -155,6 +197,8 @@ int main(void)
 		cmocka_unit_test(so_they_do_in_pictures),
 		cmocka_unit_test(in_a_room_too),
 		cmocka_unit_test(and_in_pictures_of_a_room),
+		cmocka_unit_test(where_few_cameras_see_a_mouth_too),
+		cmocka_unit_test(a_slanted_marker_is_not_two),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);

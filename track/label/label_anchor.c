@@ -12,19 +12,20 @@
 #define RIVAL_M 0.001
 #define STRETCH 0.5 /* skin does not bring two markers nearer than by that share */
 
-/* One that holds its name means another point. Across lips and lids skin does not keep its
- * distances. */
+/* One that holds its name means another point; so does the one across lips or lids, if both are
+ * seen, as their order tells them apart. There skin does not keep its distances. */
 static bool is_rival(const struct labelling *l, const struct tracker_state *state, int label,
 		     int other)
 {
 	const struct label_state *own = &state->labels[label], *its = &state->labels[other];
 	const struct prediction *p = &l->predictions.labels[other];
 	double reach_m = RIVAL_M + NEAR_SIGMA * p->sigma_m;
+	bool across = label_order_tells(state, label, other);
 
 	if (other == label || its->kind != LABEL_SKIN ||
-	    (l->seen[other] && l->motion.labels[other].recent))
+	    (l->seen[other] && (across || l->motion.labels[other].recent)))
 		return false;
-	if (own->below != other && its->below != label)
+	if (!across)
 		reach_m = fmin(reach_m, STRETCH * vec3_distance(own->master_m, its->master_m));
 	return vec3_distance(p->local_m, l->seen_m[label]) < reach_m;
 }
@@ -33,8 +34,8 @@ static bool is_rival(const struct labelling *l, const struct tracker_state *stat
 static bool may_be_met(const struct labelling *l, const struct tracker_state *state, int label,
 		       int other)
 {
-	return (state->labels[label].below == other || state->labels[other].below == label) &&
-	       state->labels[other].doubted && !l->seen[other];
+	return label_order_tells(state, label, other) && state->labels[other].doubted &&
+	       !l->seen[other];
 }
 
 static bool has_rivals(const struct labelling *l, const struct tracker_state *state, int label)

@@ -87,21 +87,22 @@ static bool may_confirm(struct tracker_state *state, const struct labelling *l,
 			bool jumped, int64_t now_ns)
 {
 	struct label_state *label = &state->labels[i];
-	if (point->fix.used_count >= 3 && !wear_is_gone(label) &&
+	bool seen_well = point->fix.used_count >= 3 || point->is_pressed;
+	if (seen_well && !wear_is_gone(label) &&
 	    (label_is_told(l, state, i) || (label->confirmed && label_is_anchored(l, state, i))))
 		return true;
 	enum reading reading = first_names_read(state, l, leftovers, i);
 	bool rests = (reading <= READING_EVEN || leftovers->rests[label->actor]) &&
 		     is_at_rest(l, label, i);
-	bool clear = point->fix.used_count >= 3 && !wear_is_gone(label) &&
-		     label_is_clear(l, state, i) && (rests || label_is_alone(l, state, i));
+	bool clear = seen_well && !wear_is_gone(label) && label_is_clear(l, state, i) &&
+		     (rests || label_is_alone(l, state, i));
 
 	double steady_s = held_s(label, l, i, reading, jumped, now_ns);
 	bool held_alone = steady_s > STEADY_ALONE_S && is_tried(l, label, i);
 	if (label->kind == LABEL_SKIN && label_has_rival(l, state, i))
 		return held_alone;
-	if ((reading == READING_WHOLE || (rests && !label->confirmed)) &&
-	    point->fix.used_count >= 3 && !wear_is_gone(label) && label_is_plain(l, state, i))
+	if ((reading == READING_WHOLE || (rests && !label->confirmed)) && seen_well &&
+	    !wear_is_gone(label) && label_is_plain(l, state, i))
 		return true;
 	bool known = label->confirmed && (double)(now_ns - label->seen_ns) * 1e-9 < KNOWN_S;
 	if (label->kind != LABEL_SKIN || known || first_names_enclosed(state, l, leftovers, i))
@@ -284,7 +285,8 @@ static void update_label(struct tracker_state *state, const struct labelling *l,
 	}
 	struct point *point = &points[l->point_of_label[i]];
 	bool followed = is_followed(state, l, point, i, jumped, now_ns) &&
-			(point->fix.used_count >= 3 || two_may_follow(state, l, i, now_ns));
+			(point->fix.used_count >= 3 || point->is_pressed ||
+			 two_may_follow(state, l, i, now_ns));
 	if (!followed && !may_confirm(state, l, leftovers, point, i, jumped, now_ns))
 		return;
 	note_sight(label, point, &hearsay, l->seen_m[i]);

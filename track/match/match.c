@@ -12,6 +12,7 @@
 #include "track/match/match_parts.h"
 #include "track/match/sight_index.h"
 
+#define NEAR_MAX 6       /* blobs looked at, where the nearest will not do */
 #define SHORT 32         /* candidates that are sorted one by one */
 #define PART_FROM_PX 0.2 /* the sigma of a part */
 
@@ -73,6 +74,7 @@ bool point_from_choice(const struct matcher *m, const struct choice *choice, str
 	out->claimed_mask = 0;
 	out->label = LABEL_NONE;
 	out->outvoted_mask = choice->outvoted_mask;
+	out->is_pressed = false;
 	for (int i = 0; i < count; i++) {
 		if (fix.used_mask & (1u << i))
 			out->fix.used_mask |= 1u << camera_of[i];
@@ -265,6 +267,30 @@ static void reach_of_seeds(const struct matcher *m, const struct sight_index *ca
 			      vec3_distance(m->seed_stage_m[i], camera->view->centre_stage_m);
 }
 
+/* Of a free blob the nearest that may show the seed, where the nearest of all may not. */
+static int nearest_shown(const struct matcher *m, uint32_t c, int nearest, int index,
+			 const double pixel[2], double radius_px)
+{
+	const struct sight_index *camera = &m->cameras[c];
+	int16_t near[NEAR_MAX];
+	double best_px = radius_px;
+	int best = BLOB_NONE;
+
+	if (nearest == BLOB_NONE || match_may_show(m, c, nearest, m->seeds[index].label))
+		return nearest;
+	int count = sight_index_within(camera, pixel, radius_px, near, NEAR_MAX);
+	for (int k = 0; k < count; k++) {
+		const struct blob *blob = &camera->blobs[near[k]];
+		double off_px = hypot(blob->x_px - pixel[0], blob->y_px - pixel[1]);
+
+		if (off_px < best_px && match_may_show(m, c, near[k], m->seeds[index].label)) {
+			best_px = off_px;
+			best = near[k];
+		}
+	}
+	return best;
+}
+
 /* One camera's nearest blob to each seed, within the seed's radius or the gate, whichever is
  * larger. */
 static void choose_for_seeds(struct matcher *m, uint32_t c)
@@ -278,9 +304,11 @@ static void choose_for_seeds(struct matcher *m, uint32_t c)
 		m->seed_blob[c][i] = BLOB_NONE;
 		if (!camera->view || !m->in_sight[c][i])
 			continue;
-		m->seed_blob[c][i] = (int16_t)sight_index_nearest_alone(
-			camera, m->seen[c][i].pixel, reach_px[i] > gate_px ? reach_px[i] : gate_px,
-			reach_px[i] + gate_px, &m->seed_alone[i]);
+		int nearest = sight_index_nearest_alone(camera, m->seen[c][i].pixel,
+							fmax(reach_px[i], gate_px),
+							reach_px[i] + gate_px, &m->seed_alone[i]);
+		m->seed_blob[c][i] = (int16_t)nearest_shown(m, c, nearest, i, m->seen[c][i].pixel,
+							    fmax(reach_px[i], gate_px));
 	}
 }
 
@@ -311,6 +339,9 @@ static void choose_again(const struct matcher *m, int index, struct vec3 p, stru
 		if (camera->view && project_near(m, c, p, index, pixel))
 			out->blob[c] = (int16_t)sight_index_nearest(camera, pixel,
 								    m->settings->match_gate_px);
+		if (out->blob[c] != BLOB_NONE)
+			out->blob[c] = (int16_t)nearest_shown(m, c, out->blob[c], index, pixel,
+							      m->settings->match_gate_px);
 		out->count += out->blob[c] != BLOB_NONE;
 	}
 }

@@ -22,6 +22,7 @@ struct point {
 	int16_t blob[CAMERA_MAX]; /* valid where claimed_mask says so */
 	int16_t label;            /* LABEL_NONE until named */
 	uint32_t outvoted_mask;   /* of the seed that it was found by, else 0 */
+	bool is_pressed; /* two cameras': both have a plain half of lips or lids that meet */
 };
 
 #define SEED_MAX (LABEL_MAX + LOOSE_MAX)
@@ -56,6 +57,13 @@ struct sight_index {
 	float ray_x[BLOB_MAX], ray_y[BLOB_MAX], ray_z[BLOB_MAX];
 };
 
+/* What says that a parted spot is two markers. */
+enum half {
+	HALF_LONG,   /* it is long where two are expected */
+	HALF_LIKELY, /* all cameras together, of lips or lids that meet */
+	HALF_PLAIN,  /* they, and the spot by itself */
+};
+
 struct matcher {
 	const struct tracker_settings *settings;
 	double view_variance_px2;               /* added to every blob's own */
@@ -66,6 +74,7 @@ struct matcher {
 	 * and whose half it is */
 	struct blob parted[CAMERA_MAX][BLOB_MAX];
 	int16_t other_half[CAMERA_MAX][BLOB_MAX], part_label[CAMERA_MAX][BLOB_MAX];
+	uint8_t half_kind[CAMERA_MAX][BLOB_MAX]; /* enum half, of those that are halves */
 	uint32_t point_count;
 	struct point points[POINT_MAX];
 	uint32_t candidate_count;
@@ -93,19 +102,23 @@ double match_sigma_px(const struct matcher *matcher, uint32_t camera, const stru
 void match_prepare(struct matcher *matcher, const struct tracker_rig *rig, const struct seed *seeds,
 		   int count);
 
-/* Parts the spots that are two of the prepared seeds' markers; `labels` tell how bright they are.
- */
-void match_part_merged(struct matcher *matcher, const struct label_state *labels);
+/* Parts the spots that are two of the prepared seeds' markers, as their looks tell. */
+void match_part_merged(struct matcher *matcher, const struct tracker_state *state);
 
-/* Remembers how bright the named markers are in each camera that sees them alone. */
-void match_learn_peaks(const struct matcher *matcher, struct label_state *labels);
+/* Remembers how bright and how wide the named markers are in each camera that sees them alone, and
+ * which ones see them at all. */
+void match_learn_looks(const struct matcher *matcher, struct tracker_state *state);
 
 /* Whether the blob is half of a parted spot, and of which two labels, the lower one first. */
 bool match_is_half(const struct matcher *matcher, uint32_t camera, int blob, int16_t pair[2]);
 
-/* How many of the point's views show it surely: not so a half of a parted spot whose other half is
+/* Whether all views of the point are plain halves of lips or lids that meet. */
+bool match_is_pressed(const struct matcher *matcher, const struct point *point);
+
+/* How many of the point's views show it surely: not so a half of a long spot whose other half is
  * nobody's, for then it may have been one marker's. Of halves alone those count that are of the
- * same two markers, and others take away. When all points are found. */
+ * same two markers, and others take away; of three of lips or lids that meet two must be plain,
+ * else only those count. When all points are found. */
 int match_sure_views(const struct matcher *matcher, const struct point *point);
 
 /* Adds the points that at least three cameras confirm near a prepared seed. */

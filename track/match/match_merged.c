@@ -13,6 +13,8 @@
 #define NEAR_MAX 6          /* markers expected about one spot */
 #define REACH_SPREADS 2.2   /* of the spot: its markers are expected this near to its middle */
 #define ALONG_COSINE 0.85   /* of the spot's long axis with the line between the two */
+#define SEES_LEAST 0.1f     /* the share of the last shots that a camera saw a marker */
+#define OWN_SHARE 0.06f     /* of its spread: as an axis may differ from when it was alone */
 #define PART_OFF_PX 1.5     /* a part lies this near to where its marker is expected */
 #define TAIL_GAIN 1.28      /* what the threshold cuts off two spots' spread */
 #define PULL 1.4            /* a window is drawn to the brighter one, more than the mean is */
@@ -30,7 +32,7 @@ struct merged {
 	int16_t seed[NEAR_MAX];
 };
 
-static bool is_long(const struct blob *blob)
+bool merged_is_long(const struct blob *blob)
 {
 	double xx = blob->shape_px2[0], xy = blob->shape_px2[1], yy = blob->shape_px2[2];
 	double half2 = 0.25 * (xx - yy) * (xx - yy) + xy * xy, mean = 0.5 * (xx + yy);
@@ -55,11 +57,11 @@ static void find_expected(const struct matcher *m, uint32_t c, struct merged *me
 			merged->seed[merged->count++] = (int16_t)i;
 }
 
-bool merged_share(const struct label_state *labels, const struct matcher *m, uint32_t c,
+bool merged_share(const struct tracker_state *state, const struct matcher *m, uint32_t c,
 		  const int16_t seed[2], double *share)
 {
-	double one = labels[m->seeds[seed[0]].label].peak[c];
-	double other = labels[m->seeds[seed[1]].label].peak[c];
+	double one = state->looks[m->seeds[seed[0]].label].peak[c];
+	double other = state->looks[m->seeds[seed[1]].label].peak[c];
 	bool known = one > 0 && other > 0 && one < PEAK_CLIPPED && other < PEAK_CLIPPED;
 
 	*share = known ? fmin(fmax(other / (one + other), SHARE_MIN), 1 - SHARE_MIN) : 0.5;
@@ -76,10 +78,20 @@ double merged_sigma_px(bool share_known)
 	return share_known ? PART_SIGMA_PX : BLIND_SIGMA_PX;
 }
 
+double merged_drawn_px(double share, double apart_px)
+{
+	return PULL * (share - 0.5) * apart_px;
+}
+
+double merged_share_drawn(double drawn_px, double apart_px)
+{
+	return fmin(fmax(0.5 + drawn_px / (PULL * apart_px), SHARE_MIN), 1 - SHARE_MIN);
+}
+
 void merged_place(const struct blob *blob, const double along[2], double apart_px, double share,
 		  struct parting *out)
 {
-	double middle_px = -PULL * (share - 0.5) * apart_px;
+	double middle_px = -merged_drawn_px(share, apart_px);
 
 	for (int i = 0; i < 2; i++) {
 		double at_px = middle_px + (i ? 0.5 : -0.5) * apart_px;
@@ -103,22 +115,30 @@ static bool has_own_spot(const struct sight_index *camera, const struct blob *me
 	return false;
 }
 
+/* The camera saw the seed's marker lately: else it is hidden from it rather than in a spot. */
+static bool sees(const struct matcher *m, uint32_t c, const struct tracker_state *state, int seed)
+{
+	return state->looks[m->seeds[seed].label].sees[c] > SEES_LEAST;
+}
+
 /* The spot parted between these two markers, if it fits them. */
-static bool part_between(const struct matcher *m, uint32_t c, const struct label_state *labels,
+static bool part_between(const struct matcher *m, uint32_t c, const struct tracker_state *state,
 			 const struct merged *merged, const int16_t seed[2], struct parting *out)
 {
 	const double *one_px = m->seen[c][seed[0]].pixel, *other_px = m->seen[c][seed[1]].pixel;
 	double along[2] = {cos(merged->axes.angle_rad), sin(merged->axes.angle_rad)};
 	double line[2] = {other_px[0] - one_px[0], other_px[1] - one_px[1]};
 	double projected_px = line[0] * along[0] + line[1] * along[1], share;
-	bool known = merged_share(labels, m, c, seed, &share);
+	bool known = merged_share(state, m, c, seed, &share);
 	double excess_px2 = merged_excess_px2(merged->axes.major_px2 - merged->axes.minor_px2);
 	double apart_px = copysign(sqrt(excess_px2 / (share * (1 - share))), projected_px);
 
-	if (fabs(projected_px) < ALONG_COSINE * hypot(line[0], line[1]) ||
+	if (!sees(m, c, state, seed[0]) || !sees(m, c, state, seed[1]) ||
+	    fabs(projected_px) < ALONG_COSINE * hypot(line[0], line[1]) ||
 	    fabs(apart_px) > APART_SPREADS * sqrt(merged->axes.minor_px2))
 		return false;
 	out->cost_px2 = 0;
+	out->kind = HALF_LONG;
 	out->sigma_px = merged_sigma_px(known);
 	for (int i = 0; i < 2; i++)
 		out->label[i] = m->seeds[seed[i]].label;
@@ -150,22 +170,45 @@ static bool is_shared(const struct matcher *m, uint32_t c, const struct merged *
 	return count >= 2;
 }
 
+/* One of those that are expected here looked like this spot when the camera last saw it alone. */
+static bool is_ones_own(const struct matcher *m, uint32_t c, const struct tracker_state *state,
+			const struct merged *merged)
+{
+	const double at_px[2] = {merged->blob->x_px, merged->blob->y_px};
+	const float *shape_px2 = merged->blob->shape_px2;
+
+	for (int i = 0; i < merged->count; i++) {
+		int seed = merged->seed[i];
+		const float *own_px2 = state->looks[m->seeds[seed].label].shape_px2[c];
+		float most_px2 = OWN_SHARE * (own_px2[0] + own_px2[2]);
+
+		if (own_px2[0] > 0 && fabsf(shape_px2[0] - own_px2[0]) < most_px2 &&
+		    2 * fabsf(shape_px2[1] - own_px2[1]) < most_px2 &&
+		    fabsf(shape_px2[2] - own_px2[2]) < most_px2 &&
+		    distance2_px2(m->seen[c][seed].pixel, at_px) < PART_OFF_PX * PART_OFF_PX)
+			return true;
+	}
+	return false;
+}
+
 static enum merge find_parting(const struct matcher *m, uint32_t c,
-			       const struct label_state *labels, const struct blob *blob,
+			       const struct tracker_state *state, const struct blob *blob,
 			       struct parting *best)
 {
 	struct merged merged = {.blob = blob};
 
 	*best = (struct parting){.cost_px2 = INFINITY};
-	if (!is_long(blob) || blob->flags & BLOB_EDGE || !blob_axes(blob, &merged.axes))
+	if (!merged_is_long(blob) || blob->flags & BLOB_EDGE || !blob_axes(blob, &merged.axes))
 		return MERGE_NONE;
 	find_expected(m, c, &merged);
+	if (is_ones_own(m, c, state, &merged))
+		return MERGE_NONE;
 	for (int i = 0; i < merged.count; i++)
 		for (int j = i + 1; j < merged.count; j++) {
 			int16_t pair[2] = {merged.seed[i], merged.seed[j]};
 			struct parting parting;
 
-			if (part_between(m, c, labels, &merged, pair, &parting) &&
+			if (part_between(m, c, state, &merged, pair, &parting) &&
 			    parting.cost_px2 < best->cost_px2)
 				*best = parting;
 		}
@@ -195,6 +238,7 @@ struct parted {
 	const struct sight_index *camera;
 	struct blob *blobs;
 	int16_t *other_half, *part_label;
+	uint8_t *half_kind;
 	int count; /* 0: none is parted yet */
 	bool done[BLOB_MAX];
 };
@@ -227,25 +271,26 @@ static void take_merge(struct parted *parted, int blob, enum merge merge,
 	}
 	parted->other_half[blob] = (int16_t)parted->count;
 	parted->other_half[parted->count] = (int16_t)blob;
+	parted->half_kind[blob] = parted->half_kind[parted->count] = (uint8_t)parting->kind;
 	parted->part_label[blob] = parting->label[0];
 	parted->part_label[parted->count] = parting->label[1];
 	parted->blobs[parted->count++] = part_of(&parted->camera->blobs[blob], parting, 1);
 	*one = part_of(&parted->camera->blobs[blob], parting, 0);
 }
 
-static void part_pressed(const struct matcher *m, uint32_t c, const struct label_state *labels,
+static void part_pressed(const struct matcher *m, uint32_t c, const struct tracker_state *state,
 			 const struct pressed *pressed, int count, struct parted *parted)
 {
 	for (int i = 0; i < count; i++) {
 		struct parting parting;
 		int blob = BLOB_NONE;
-		enum merge merge = pressed_part(m, c, labels, &pressed[i], &blob, &parting);
+		enum merge merge = pressed_part(m, c, state, &pressed[i], &blob, &parting);
 
 		take_merge(parted, blob, merge, &parting);
 	}
 }
 
-static void part_long(const struct matcher *m, uint32_t c, const struct label_state *labels,
+static void part_long(const struct matcher *m, uint32_t c, const struct tracker_state *state,
 		      struct parted *parted)
 {
 	for (int k = 0; k < parted->camera->blob_count; k++) {
@@ -253,87 +298,29 @@ static void part_long(const struct matcher *m, uint32_t c, const struct label_st
 
 		if (!parted->done[k])
 			take_merge(parted, k,
-				   find_parting(m, c, labels, &parted->camera->blobs[k], &parting),
+				   find_parting(m, c, state, &parted->camera->blobs[k], &parting),
 				   &parting);
 	}
 }
 
-void match_part_merged(struct matcher *m, const struct label_state *labels)
+void match_part_merged(struct matcher *m, const struct tracker_state *state)
 {
 	struct pressed pressed[PRESSED_MAX];
-	int pressed_count = pressed_find(m, labels, pressed);
+	int pressed_count = pressed_find(m, state, pressed);
 
 	for (uint32_t c = 0; c < m->camera_count; c++) {
 		struct sight_index *camera = &m->cameras[c];
 		struct parted parted = {.camera = camera,
 					.blobs = m->parted[c],
 					.other_half = m->other_half[c],
-					.part_label = m->part_label[c]};
+					.part_label = m->part_label[c],
+					.half_kind = m->half_kind[c]};
 
 		if (!camera->view)
 			continue;
-		part_pressed(m, c, labels, pressed, pressed_count, &parted);
-		part_long(m, c, labels, &parted);
+		part_pressed(m, c, state, pressed, pressed_count, &parted);
+		part_long(m, c, state, &parted);
 		if (parted.count)
 			sight_index_build(camera, camera->view, m->parted[c], parted.count);
-	}
-}
-
-bool match_is_half(const struct matcher *m, uint32_t c, int blob, int16_t pair[2])
-{
-	if (m->cameras[c].blobs != m->parted[c] || m->other_half[c][blob] == BLOB_NONE)
-		return false;
-	int16_t one = m->part_label[c][blob], other = m->part_label[c][m->other_half[c][blob]];
-	pair[0] = one < other ? one : other;
-	pair[1] = one < other ? other : one;
-	return true;
-}
-
-/* How many there are of the pair that most are of, less those of other pairs. */
-static int sure_halves(int16_t (*pairs)[2], int count)
-{
-	int most = 0;
-
-	for (int i = 0; i < count; i++) {
-		int same = 0;
-
-		for (int k = 0; k < count; k++)
-			same += pairs[k][0] == pairs[i][0] && pairs[k][1] == pairs[i][1];
-		most = same > most ? same : most;
-	}
-	return 2 * most - count;
-}
-
-int match_sure_views(const struct matcher *m, const struct point *point)
-{
-	int16_t pairs[CAMERA_MAX][2];
-	int half_count = 0, plain_count = 0;
-
-	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
-		uint32_t c = (uint32_t)__builtin_ctz(left);
-
-		if (!match_is_half(m, c, point->blob[c], pairs[half_count]))
-			plain_count++;
-		else if (m->cameras[c].owner[m->other_half[c][point->blob[c]]] >= 0)
-			half_count++;
-	}
-	return plain_count > 0 ? plain_count + half_count : sure_halves(pairs, half_count);
-}
-
-void match_learn_peaks(const struct matcher *m, struct label_state *labels)
-{
-	for (uint32_t p = 0; p < m->point_count; p++) {
-		const struct point *point = &m->points[p];
-
-		if (point->label == LABEL_NONE)
-			continue;
-		for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
-			uint32_t c = (uint32_t)__builtin_ctz(left);
-			const struct blob *blob = &m->cameras[c].blobs[point->blob[c]];
-
-			if (!(blob->flags & (BLOB_MERGED | BLOB_EDGE)) && !is_long(blob))
-				labels[point->label].peak[c] =
-					(uint8_t)(blob->peak < UINT8_MAX ? blob->peak : UINT8_MAX);
-		}
 	}
 }

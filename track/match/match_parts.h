@@ -54,10 +54,14 @@ struct parting {
 	double cost_px2;
 	double part_px[2][2];
 	double sigma_px;
+	enum half kind;
 };
 
+/* Longer than a marker seen obliquely. */
+bool merged_is_long(const struct blob *blob);
+
 /* The second one's share of the light, from when either was alone; false when that is not known. */
-bool merged_share(const struct label_state *labels, const struct matcher *matcher, uint32_t c,
+bool merged_share(const struct tracker_state *state, const struct matcher *matcher, uint32_t c,
 		  const int16_t seed[2], double *share);
 
 /* Share times the rest times the square of how far the two are apart, of a spot whose spread along
@@ -68,7 +72,15 @@ double merged_excess_px2(double longer_px2);
 void merged_place(const struct blob *blob, const double along[2], double apart_px, double share,
 		  struct parting *out);
 
+/* How far a spot is drawn from the middle of its two towards the second one, and which share that
+ * one then has. */
+double merged_drawn_px(double share, double apart_px);
+double merged_share_drawn(double drawn_px, double apart_px);
+
 double merged_sigma_px(bool share_known);
+
+/* Not so a half of a parted spot that is another label's. */
+bool match_may_show(const struct matcher *matcher, uint32_t camera, int blob, int label);
 
 #define PRESSED_MAX 64
 
@@ -77,12 +89,14 @@ double merged_sigma_px(bool share_known);
 struct pressed {
 	int16_t seed[2];
 	struct vec3 apart_m;
+	double share[CAMERA_MAX]; /* the lower's share of their one spot's light; 0: not known */
 };
 
 /* Finds those that are one spot in some cameras; returns how many, up to PRESSED_MAX. */
-int pressed_find(const struct matcher *matcher, const struct label_state *labels,
+int pressed_find(const struct matcher *matcher, const struct tracker_state *state,
 		 struct pressed *out);
 
 /* What the camera sees of the two: their spot with its parts, or with how vague it is. */
-enum merge pressed_part(const struct matcher *matcher, uint32_t c, const struct label_state *labels,
-			const struct pressed *pressed, int *blob, struct parting *out);
+enum merge pressed_part(const struct matcher *matcher, uint32_t c,
+			const struct tracker_state *state, const struct pressed *pressed, int *blob,
+			struct parting *out);

@@ -12,23 +12,9 @@
 #define LENIENCE 8.0 /* times as many in the first round, as the way may be far off yet */
 #define ROUNDS 5
 #define EVIDENCE_SIGMAS 3.0 /* what one spot tells at most */
-#define EVIDENCE_LEAST 6    /* ... all must, and ... */
-#define EVIDENCE_MEDIAN 4   /* ... the median one */
 
-double pressed_median(double *values, int count)
-{
-	for (int i = 1; i < count; i++)
-		for (int k = i; k > 0 && values[k] < values[k - 1]; k--) {
-			double swapped = values[k];
-
-			values[k] = values[k - 1];
-			values[k - 1] = swapped;
-		}
-	return count % 2 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
-}
-
-static void add_equation(double normal[6], struct vec3 *right, double error, struct vec3 slope,
-			 double weight)
+void pressed_add_equation(double normal[6], struct vec3 *right, double error, struct vec3 slope,
+			  double weight)
 {
 	*right = vec3_add(*right, vec3_scale(slope, weight * error));
 	sym3_add(normal,
@@ -47,7 +33,7 @@ static double spread_sigma_px2(const struct pressed_spot *spot, const double lin
 /* The line that two so far apart have in the camera, and by how much its spot says otherwise: it
  * tells x^2 - y^2 and 2 x y, as its spread has no direction. */
 static void compare_line(const struct matcher *m, uint32_t c, const struct pressed *pressed,
-			 const struct pressed_spot *spot, double line_px[2], double off_px2[2])
+			 const struct pressed_spot *spot, double line_px[2], double off_px2[3])
 {
 	const struct projection *q = &m->seen[c][pressed->seed[0]];
 
@@ -55,6 +41,9 @@ static void compare_line(const struct matcher *m, uint32_t c, const struct press
 		line_px[k] = project_slope(q, k, pressed->apart_m);
 	off_px2[0] = spot->longer_px2[0] - (line_px[0] * line_px[0] - line_px[1] * line_px[1]);
 	off_px2[1] = spot->longer_px2[1] - 2 * line_px[0] * line_px[1];
+	off_px2[2] = spot->alone_known ? spot->longer_px2[2] -
+						 (line_px[0] * line_px[0] + line_px[1] * line_px[1])
+				       : 0;
 }
 
 /* A spot that says much else is another marker's too (Geman-McClure). The kernel narrows round by
@@ -67,17 +56,24 @@ static void add_spot(const struct matcher *m, uint32_t c, const struct pressed *
 	const struct projection *q = &m->seen[c][pressed->seed[0]];
 	struct vec3 jx = {q->slopes[0][0], q->slopes[0][1], q->slopes[0][2]};
 	struct vec3 jy = {q->slopes[1][0], q->slopes[1][1], q->slopes[1][2]};
-	double line_px[2], off_px2[2];
+	double line_px[2], off_px2[3];
 
 	compare_line(m, c, pressed, spot, line_px, off_px2);
 	double x = line_px[0], y = line_px[1], sigma_px2 = spread_sigma_px2(spot, line_px);
-	double far = hypot(off_px2[0], off_px2[1]) / (lenience * ROBUST_SIGMAS * sigma_px2);
+	double far = hypot(hypot(off_px2[0], off_px2[1]), off_px2[2]) /
+		     (lenience * ROBUST_SIGMAS * sigma_px2);
 	double weight = 1 / (sigma_px2 * (1 + far * far));
 
-	add_equation(normal, right, off_px2[0],
-		     vec3_sub(vec3_scale(jx, 2 * x), vec3_scale(jy, 2 * y)), weight * weight);
-	add_equation(normal, right, off_px2[1],
-		     vec3_add(vec3_scale(jx, 2 * y), vec3_scale(jy, 2 * x)), weight * weight);
+	pressed_add_equation(normal, right, off_px2[0],
+			     vec3_sub(vec3_scale(jx, 2 * x), vec3_scale(jy, 2 * y)),
+			     weight * weight);
+	pressed_add_equation(normal, right, off_px2[1],
+			     vec3_add(vec3_scale(jx, 2 * y), vec3_scale(jy, 2 * x)),
+			     weight * weight);
+	if (spot->alone_known)
+		pressed_add_equation(normal, right, off_px2[2],
+				     vec3_add(vec3_scale(jx, 2 * x), vec3_scale(jy, 2 * y)),
+				     weight * weight);
 }
 
 static void add_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
@@ -89,9 +85,9 @@ static void add_way(const struct matcher *m, uint32_t c, const struct pressed *p
 	for (int k = 0; k < 2; k++) {
 		struct vec3 slope = {q->slopes[k][0], q->slopes[k][1], q->slopes[k][2]};
 
-		add_equation(normal, right,
-			     spots->apart_px[c][k] - vec3_dot(slope, pressed->apart_m), slope,
-			     weight);
+		pressed_add_equation(normal, right,
+				     spots->apart_px[c][k] - vec3_dot(slope, pressed->apart_m),
+				     slope, weight);
 	}
 }
 
@@ -118,29 +114,35 @@ bool pressed_fit(const struct matcher *m, const struct pressed_spots *spots, str
 	return true;
 }
 
-/* In squared sigmas, Geman-McClure. */
-static double misfit(const double off_px2[2], double sigma_px2)
+static double bounded(double z2)
 {
-	double z2 = (off_px2[0] * off_px2[0] + off_px2[1] * off_px2[1]) / (sigma_px2 * sigma_px2);
-
 	return z2 / (1 + z2 / (EVIDENCE_SIGMAS * EVIDENCE_SIGMAS));
 }
 
-bool pressed_are_plainly_two(const struct matcher *m, const struct pressed_spots *spots,
-			     struct vec3 expected_m, const struct pressed *pressed)
+/* In squared sigmas, Geman-McClure. */
+static double misfit(const double off_px2[3], bool alone_known, double sigma_px2)
+{
+	double third = alone_known ? off_px2[2] * off_px2[2] : 0;
+	double z2 = (off_px2[0] * off_px2[0] + off_px2[1] * off_px2[1] + third) /
+		    (sigma_px2 * sigma_px2);
+
+	return bounded(z2);
+}
+
+double pressed_gain(const struct matcher *m, uint32_t c, const struct pressed *pressed,
+		    const struct pressed_spot *spot)
 {
 	const double none_px[2] = {0, 0};
-	double off_sigmas = vec3_distance(pressed->apart_m, expected_m) / EXPECTED_SIGMA_M;
-	double gains[CAMERA_MAX], all = -off_sigmas * off_sigmas;
+	double line_px[2], off_px2[3];
 
-	for (int i = 0; i < spots->count; i++) {
-		const struct pressed_spot *spot = &spots->spot[i];
-		double line_px[2], off_px2[2];
+	compare_line(m, c, pressed, spot, line_px, off_px2);
+	return misfit(spot->longer_px2, spot->alone_known, spread_sigma_px2(spot, none_px)) -
+	       misfit(off_px2, spot->alone_known, spread_sigma_px2(spot, line_px));
+}
 
-		compare_line(m, spots->camera[i], pressed, spot, line_px, off_px2);
-		gains[i] = misfit(spot->longer_px2, spread_sigma_px2(spot, none_px)) -
-			   misfit(off_px2, spread_sigma_px2(spot, line_px));
-		all += gains[i];
-	}
-	return all > EVIDENCE_LEAST && pressed_median(gains, spots->count) > EVIDENCE_MEDIAN;
+double pressed_surprise(struct vec3 expected_m, const struct pressed *pressed)
+{
+	double off = vec3_distance(pressed->apart_m, expected_m) / EXPECTED_SIGMA_M;
+
+	return bounded(off * off);
 }

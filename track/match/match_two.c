@@ -53,6 +53,17 @@ static bool pair_point(const struct matcher *m, const struct seed *seed, uint32_
 	return true;
 }
 
+/* Halves of parted spots that are other labels'. */
+static void drop_others(const struct matcher *m, uint32_t c, int label, struct near_blobs *near)
+{
+	int kept = 0;
+
+	for (int i = 0; i < near->count; i++)
+		if (match_may_show(m, c, near->blob[i], label))
+			near->blob[kept++] = near->blob[i];
+	near->count = kept;
+}
+
 static void find_near(const struct matcher *m, const struct seed *seed,
 		      struct near_blobs near[CAMERA_MAX])
 {
@@ -69,6 +80,7 @@ static void find_near(const struct matcher *m, const struct seed *seed,
 		double radius_px = seed->radius_m * camera->pixels_per_radian / range_m + 1;
 		near[c].count =
 			sight_index_within(camera, pixel, radius_px, near[c].blob, NEAR_MAX);
+		drop_others(m, c, seed->label, &near[c]);
 	}
 }
 
@@ -123,6 +135,7 @@ int match_two_cameras(struct matcher *m, const struct seed *seed)
 		if (best[0].point.claimed_mask & (1u << c))
 			m->cameras[c].owner[best[0].point.blob[c]] = (int16_t)m->point_count;
 	m->points[m->point_count] = best[0].point;
+	m->points[m->point_count].is_pressed = match_is_pressed(m, &best[0].point);
 	return (int)m->point_count++;
 }
 

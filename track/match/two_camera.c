@@ -10,6 +10,7 @@
 #define TWO_CAMERA_MAX_M 0.005
 #define TWO_CAMERA_SHARE 0.45     /* ... of the distance to the next marker */
 #define TWO_CAMERA_SIGMA_M 0.0025 /* who is expected more vaguely needs three */
+#define SEES_LEAST 0.1f           /* the share of the last shots that a camera saw it */
 #define VAGUE_PX 0.45f            /* of a merged spot: neither; a part of one is surer */
 #define NOISE_MAX_M 0.001         /* of the pair */
 #define FACE_SIGMA 3.0            /* ... and no farther from where the whole face has it */
@@ -17,13 +18,18 @@
 #define RIVAL_MARGIN 5.0 /* squared sigmas by which a blob fits this one better */
 #define ROUNDED 1.0      /* ... and more than rounding makes of such costs */
 
-/* A camera that did not see it a moment ago sees another marker, or a stray light. */
-static bool joins_in(const struct labelling *l, const struct label_state *label, uint32_t i,
+/* A camera that did not see it lately sees another marker, or a stray light. */
+static bool joins_in(const struct labelling *l, const struct tracker_state *state, uint32_t i,
 		     const struct point *point)
 {
-	bool matters = label->kind == LABEL_SKIN || l->motion.labels[i].recent;
+	const struct label_state *label = &state->labels[i];
 
-	return matters && point->fix.used_mask & ~label->camera_mask;
+	if (label->kind != LABEL_SKIN && !l->motion.labels[i].recent)
+		return false;
+	for (uint32_t left = point->fix.used_mask & ~label->camera_mask; left; left &= left - 1)
+		if (state->looks[i].sees[__builtin_ctz(left)] < SEES_LEAST)
+			return true;
+	return false;
 }
 
 /* It must stay where the neighbours tell, as it did when three cameras saw it. */
@@ -135,9 +141,8 @@ static bool has_rival(const struct labelling *l, const struct tracker_state *sta
 
 /* Where two markers are one spot that is not parted, the spot is neither; and a half lies where it
  * was expected, if the spot was one marker's alone: it is a sight only of lips or lids that meet,
- * which all cameras tell together. */
-static bool is_merged(const struct tracker_state *state, const struct matcher *matcher,
-		      const struct point *point)
+ * where the spot itself says that it is two. */
+static bool is_merged(const struct matcher *matcher, const struct point *point)
 {
 	for (uint32_t left = point->claimed_mask; left; left &= left - 1) {
 		uint32_t c = (uint32_t)__builtin_ctz(left);
@@ -147,7 +152,7 @@ static bool is_merged(const struct tracker_state *state, const struct matcher *m
 		if (blob->flags & BLOB_MERGED && blob->sigma_px > VAGUE_PX)
 			return true;
 		if (match_is_half(matcher, c, point->blob[c], pair) &&
-		    !label_order_tells(state, pair[0], pair[1]))
+		    matcher->half_kind[c][point->blob[c]] != HALF_PLAIN)
 			return true;
 	}
 	return false;
@@ -173,8 +178,8 @@ static bool is_it(const struct labelling *l, const struct tracker_state *state,
 {
 	struct point_size size = point_size(matcher, &state->blur, point);
 
-	return match_sure_views(matcher, point) == 2 && !is_merged(state, matcher, point) &&
-	       !is_vague(matcher, point) && !joins_in(l, &state->labels[i], i, point) &&
+	return match_sure_views(matcher, point) == 2 && !is_merged(matcher, point) &&
+	       !is_vague(matcher, point) && !joins_in(l, state, i, point) &&
 	       point_size_fits(&size, state->labels[i].diameter_m) &&
 	       fits(l, state, i, point, local_m) && !has_rival(l, state, matcher, i, point);
 }
@@ -185,7 +190,7 @@ static void drop_joined(struct labelling *l, const struct tracker_state *state,
 {
 	const struct point *point = &matcher->points[l->point_of_label[i]];
 
-	if (point->fix.used_count != 2 || !joins_in(l, &state->labels[i], i, point))
+	if (point->fix.used_count != 2 || !joins_in(l, state, i, point))
 		return;
 	l->point_of_label[i] = ASSIGN_NONE;
 	l->seen[i] = false;
