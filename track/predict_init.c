@@ -86,13 +86,11 @@ static void init_watch(struct tracker_state *state, struct label_state *label, u
 	}
 }
 
-/* The nearest one across on the other lip or lid, if that is the lower one (side 1) or the upper
- * (side -1). */
-static int16_t find_across(const struct layout *layout, const struct layout_actor *actor,
-			   uint32_t i, double side)
+/* The nearest one across on the lower lip or lid. */
+static int16_t find_below(const struct layout *layout, const struct layout_actor *actor, uint32_t i)
 {
 	const struct layout_marker *own = &layout->markers[i];
-	int16_t across = LABEL_NONE;
+	int16_t below = LABEL_NONE;
 	double least_m = INFINITY;
 
 	for (uint32_t k = actor->first; k < actor->first + actor->count; k++) {
@@ -100,12 +98,12 @@ static int16_t find_across(const struct layout *layout, const struct layout_acto
 		double distance_m = vec3_distance(own->neutral_m, other->neutral_m);
 
 		if (distance_m >= least_m || !groups_oppose(own->group, other->group) ||
-		    side * (own->neutral_m.y - other->neutral_m.y) <= 0)
+		    own->neutral_m.y <= other->neutral_m.y)
 			continue;
 		least_m = distance_m;
-		across = (int16_t)k;
+		below = (int16_t)k;
 	}
-	return across;
+	return below;
 }
 
 static void init_neighbours(struct tracker_state *state, const struct layout *layout, uint32_t i)
@@ -114,8 +112,7 @@ static void init_neighbours(struct tracker_state *state, const struct layout *la
 	struct label_state *label = &state->labels[i];
 	double distance_m[LABEL_MAX];
 
-	label->below = find_across(layout, actor, i, 1);
-	label->above = find_across(layout, actor, i, -1);
+	label->below = find_below(layout, actor, i);
 	label->spacing_m = INFINITY;
 	for (uint32_t k = actor->first; k < actor->first + actor->count; k++) {
 		distance_m[k] =

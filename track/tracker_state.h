@@ -52,7 +52,6 @@ struct label_state {
 	double diameter_m;
 
 	int16_t below;            /* of an upper lip or lid: the one across on the lower, or -1 */
-	int16_t above;            /* of a lower one: the one across on the upper, or -1 */
 	int16_t watch[WATCH_MAX]; /* the nearest others of its frame, or -1 */
 	struct vec3 master_m;     /* where the layout has it */
 
@@ -94,6 +93,8 @@ struct label_state {
 	struct last_sight last;
 	float fill_over1[FILL_AGES]; /* its square error over what it claims, less one */
 };
+
+#define LOOK_SEES_LEAST 0.05f /* of the last shots: a camera that may see the marker still */
 
 /* How a marker looks to each camera; apart from the rest, which is gone through all the time. */
 struct label_look {

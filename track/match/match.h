@@ -117,8 +117,8 @@ bool match_is_pressed(const struct matcher *matcher, const struct point *point);
 
 /* How many of the point's views show it surely: not so a half of a long spot whose other half is
  * nobody's, for then it may have been one marker's. Of halves alone those count that are of the
- * same two markers, and others take away; of three of lips or lids that meet two must be plain,
- * else only those count. When all points are found. */
+ * same two markers, and others take away; of up to three of lips or lids that meet two must be
+ * plain, else only those count. When all points are found. */
 int match_sure_views(const struct matcher *matcher, const struct point *point);
 
 /* Adds the points that at least three cameras confirm near a prepared seed. */

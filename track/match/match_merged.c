@@ -13,7 +13,6 @@
 #define NEAR_MAX 6          /* markers expected about one spot */
 #define REACH_SPREADS 2.2   /* of the spot: its markers are expected this near to its middle */
 #define ALONG_COSINE 0.85   /* of the spot's long axis with the line between the two */
-#define SEES_LEAST 0.1f     /* the share of the last shots that a camera saw a marker */
 #define OWN_SHARE 0.06f     /* of its spread: as an axis may differ from when it was alone */
 #define PART_OFF_PX 1.5     /* a part lies this near to where its marker is expected */
 #define TAIL_GAIN 1.28      /* what the threshold cuts off two spots' spread */
@@ -118,7 +117,7 @@ static bool has_own_spot(const struct sight_index *camera, const struct blob *me
 /* The camera saw the seed's marker lately: else it is hidden from it rather than in a spot. */
 static bool sees(const struct matcher *m, uint32_t c, const struct tracker_state *state, int seed)
 {
-	return state->looks[m->seeds[seed].label].sees[c] > SEES_LEAST;
+	return state->looks[m->seeds[seed].label].sees[c] >= LOOK_SEES_LEAST;
 }
 
 /* The spot parted between these two markers, if it fits them. */

@@ -2,13 +2,14 @@
  * Lips and lids that meet: an upper marker and the one across below it, whose light runs into one
  * spot in most cameras. From one to the other it is as far for all of them, so that their spots
  * together tell it, where each one's is too short to be told from a disc seen obliquely. Whether a
- * spot is both or one of them is weighed by likelihood: its spread, and what the camera saw before.
+ * spot is both or one of them is weighed by how its spread fits either, and what the camera saw
+ * before.
  */
 #include "track/match/match_pressed_parts.h"
 
 #define NEAR_M 0.006      /* so far apart at most are they expected */
 #define CAMERA_LEAST 2    /* that tell */
-#define SEES_LEAST 0.5    /* a camera that saw both so often lately still does ... */
+#define KNEW_SHARE 0.5f   /* a camera that saw both in so many of the last shots still does ... */
 #define KNEW_ODDS 1.5     /* ... so that one spot is both by this, in squared sigmas ... */
 #define NEW_ODDS (-2.5)   /* ... and of another camera it is not */
 #define ALONE_ODDS (-4.0) /* with less it is surely one marker alone */
@@ -20,8 +21,8 @@
 /* When the two were last told apart. */
 static bool knew_both(const struct tracker_state *state, uint32_t c, const int16_t label[2])
 {
-	return state->looks[label[0]].sees[c] > SEES_LEAST &&
-	       state->looks[label[1]].sees[c] > SEES_LEAST;
+	return state->looks[label[0]].sees[c] > KNEW_SHARE &&
+	       state->looks[label[1]].sees[c] > KNEW_SHARE;
 }
 
 /* By how many squared sigmas, what the camera saw before counted in, its spot is rather both than
@@ -50,8 +51,8 @@ static void drop_single(const struct matcher *m, const struct tracker_state *sta
 	spots->count = kept;
 }
 
-/* Whether both are there, as far as all cameras tell that know: where one did not see both before,
- * one of the two may well be hidden from it. */
+/* Whether both are there: a camera that did not see both before says no word against it, as one of
+ * the two may well be hidden from it. */
 static bool are_two(const struct matcher *m, const struct tracker_state *state,
 		    struct vec3 expected_m, const struct pressed *pressed,
 		    const struct pressed_spots *spots)

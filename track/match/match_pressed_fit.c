@@ -31,7 +31,8 @@ static double spread_sigma_px2(const struct pressed_spot *spot, const double lin
 }
 
 /* The line that two so far apart have in the camera, and by how much its spot says otherwise: it
- * tells x^2 - y^2 and 2 x y, as its spread has no direction. */
+ * tells x^2 - y^2 and 2 x y, as its spread has no direction, and x^2 + y^2 where it is known how
+ * wide either is alone. */
 static void compare_line(const struct matcher *m, uint32_t c, const struct pressed *pressed,
 			 const struct pressed_spot *spot, double line_px[2], double off_px2[3])
 {

@@ -59,7 +59,8 @@ double pressed_surprise(struct vec3 expected_m, const struct pressed *pressed);
 void pressed_add_equation(double normal[6], struct vec3 *right, double error, struct vec3 slope,
 			  double weight);
 
-/* Fills the shares of the cameras whose spots these are, given the way from one to the other. */
+/* Fills the shares of the cameras whose spots these are, along their lines as they were when the
+ * spots were found: shares along a way that was fitted wrongly would make it fit. */
 void pressed_share(const struct matcher *matcher, const struct pressed_spots *spots,
 		   struct pressed *pressed);
 

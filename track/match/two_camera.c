@@ -10,7 +10,6 @@
 #define TWO_CAMERA_MAX_M 0.005
 #define TWO_CAMERA_SHARE 0.45     /* ... of the distance to the next marker */
 #define TWO_CAMERA_SIGMA_M 0.0025 /* who is expected more vaguely needs three */
-#define SEES_LEAST 0.1f           /* the share of the last shots that a camera saw it */
 #define VAGUE_PX 0.45f            /* of a merged spot: neither; a part of one is surer */
 #define NOISE_MAX_M 0.001         /* of the pair */
 #define FACE_SIGMA 3.0            /* ... and no farther from where the whole face has it */
@@ -27,7 +26,7 @@ static bool joins_in(const struct labelling *l, const struct tracker_state *stat
 	if (label->kind != LABEL_SKIN && !l->motion.labels[i].recent)
 		return false;
 	for (uint32_t left = point->fix.used_mask & ~label->camera_mask; left; left &= left - 1)
-		if (state->looks[i].sees[__builtin_ctz(left)] < SEES_LEAST)
+		if (state->looks[i].sees[__builtin_ctz(left)] < LOOK_SEES_LEAST)
 			return true;
 	return false;
 }
