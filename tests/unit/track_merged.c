@@ -119,6 +119,13 @@ static void so_they_do_in_pictures(void **state)
 	}
 }
 
+static void assert_most_keep_their_names(struct pressed p, int count_least)
+{
+	assert_true(p.count > count_least);
+	assert_int_equal(p.wrong, 0);
+	assert_true(p.right >= 0.9 * p.count);
+}
+
 /* Where two markers are a pixel apart for every camera. */
 static void in_a_room_too(void **state)
 {
@@ -141,11 +148,8 @@ static void and_in_pictures_of_a_room(void **state)
 				   .seed = 772304,
 				   .optics = "gaussian",
 				   .face_speed_m_s = 0.41};
-	struct pressed p = play(room, 0, 2.64, 3.64);
 
-	assert_true(p.count > 500);
-	assert_int_equal(p.wrong, 0);
-	assert_true(p.right >= 0.9 * p.count);
+	assert_most_keep_their_names(play(room, 0, 2.64, 3.64), 500);
 }
 
 /* Three of eight cameras see either half of a mouth, some of them its far corner in the same spots.
@@ -158,11 +162,8 @@ static void where_few_cameras_see_a_mouth_too(void **state)
 					   .seed = 783492,
 					   .optics = OPTICS[k],
 					   .face_speed_m_s = 0.78};
-		struct pressed p = play(room, 7, 10, 10.5);
 
-		assert_true(p.count > 200);
-		assert_int_equal(p.wrong, 0);
-		assert_true(p.right >= 0.9 * p.count);
+		assert_most_keep_their_names(play(room, 7, 10, 10.5), 200);
 	}
 }
 

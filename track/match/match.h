@@ -109,7 +109,8 @@ void match_part_merged(struct matcher *matcher, const struct tracker_state *stat
  * which ones see them at all. */
 void match_learn_looks(const struct matcher *matcher, struct tracker_state *state);
 
-/* Whether the blob is half of a parted spot, and of which two labels, the lower one first. */
+/* Whether the blob is half of a parted spot, and of which two labels, the lower one first; NULL
+ * where that does not matter. */
 bool match_is_half(const struct matcher *matcher, uint32_t camera, int blob, int16_t pair[2]);
 
 /* Whether all views of the point are plain halves of lips or lids that meet. */

@@ -1,6 +1,8 @@
 /*
  * What the halves of parted spots may show, and how far they are to be believed.
  */
+#include <stddef.h>
+
 #include "track/match/match_parts.h"
 
 #define FEW 3         /* views, all of them halves of lips or lids that meet: ... */
@@ -8,15 +10,15 @@
 
 bool match_may_show(const struct matcher *m, uint32_t c, int blob, int label)
 {
-	int16_t pair[2];
-
-	return !match_is_half(m, c, blob, pair) || m->part_label[c][blob] == label;
+	return !match_is_half(m, c, blob, NULL) || m->part_label[c][blob] == label;
 }
 
 bool match_is_half(const struct matcher *m, uint32_t c, int blob, int16_t pair[2])
 {
 	if (m->cameras[c].blobs != m->parted[c] || m->other_half[c][blob] == BLOB_NONE)
 		return false;
+	if (!pair)
+		return true;
 	int16_t one = m->part_label[c][blob], other = m->part_label[c][m->other_half[c][blob]];
 	pair[0] = one < other ? one : other;
 	pair[1] = one < other ? other : one;
@@ -25,12 +27,10 @@ bool match_is_half(const struct matcher *m, uint32_t c, int blob, int16_t pair[2
 
 bool match_is_pressed(const struct matcher *m, const struct point *point)
 {
-	int16_t pair[2];
-
 	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
 		uint32_t c = (uint32_t)__builtin_ctz(left);
 
-		if (!match_is_half(m, c, point->blob[c], pair) ||
+		if (!match_is_half(m, c, point->blob[c], NULL) ||
 		    m->half_kind[c][point->blob[c]] != HALF_PLAIN)
 			return false;
 	}

@@ -19,10 +19,12 @@
 #define VAGUE_SHARE 0.5   /* of the line: a spot that may be either one or both */
 
 /* When the two were last told apart. */
-static bool knew_both(const struct tracker_state *state, uint32_t c, const int16_t label[2])
+static bool knew_both(const struct matcher *m, uint32_t c, const struct tracker_state *state,
+		      const struct pressed *pressed)
 {
-	return state->looks[label[0]].sees[c] > KNEW_SHARE &&
-	       state->looks[label[1]].sees[c] > KNEW_SHARE;
+	int upper = m->seeds[pressed->seed[0]].label, lower = m->seeds[pressed->seed[1]].label;
+
+	return state->looks[upper].sees[c] > KNEW_SHARE && state->looks[lower].sees[c] > KNEW_SHARE;
 }
 
 /* By how many squared sigmas, what the camera saw before counted in, its spot is rather both than
@@ -30,11 +32,8 @@ static bool knew_both(const struct tracker_state *state, uint32_t c, const int16
 static double odds_of_both(const struct matcher *m, uint32_t c, const struct tracker_state *state,
 			   const struct pressed *pressed, const struct pressed_spot *spot)
 {
-	const int16_t label[2] = {m->seeds[pressed->seed[0]].label,
-				  m->seeds[pressed->seed[1]].label};
-
 	return pressed_gain(m, c, pressed, spot) +
-	       (knew_both(state, c, label) ? KNEW_ODDS : NEW_ODDS);
+	       (knew_both(m, c, state, pressed) ? KNEW_ODDS : NEW_ODDS);
 }
 
 /* Leaves out the cameras that see but one of the two. */
@@ -57,15 +56,13 @@ static bool are_two(const struct matcher *m, const struct tracker_state *state,
 		    struct vec3 expected_m, const struct pressed *pressed,
 		    const struct pressed_spots *spots)
 {
-	const int16_t label[2] = {m->seeds[pressed->seed[0]].label,
-				  m->seeds[pressed->seed[1]].label};
 	double odds = APART_ODDS * __builtin_popcount(spots->apart_mask) -
 		      pressed_surprise(expected_m, pressed);
 
 	for (int i = 0; i < spots->count; i++) {
 		double gain = pressed_gain(m, spots->camera[i], pressed, &spots->spot[i]);
 
-		odds += knew_both(state, spots->camera[i], label) ? gain : fmax(gain, 0);
+		odds += knew_both(m, spots->camera[i], state, pressed) ? gain : fmax(gain, 0);
 	}
 	return odds > ODDS_LEAST;
 }

@@ -55,8 +55,7 @@ static void add_spot(const struct matcher *m, uint32_t c, const struct pressed *
 		     struct vec3 *right)
 {
 	const struct projection *q = &m->seen[c][pressed->seed[0]];
-	struct vec3 jx = {q->slopes[0][0], q->slopes[0][1], q->slopes[0][2]};
-	struct vec3 jy = {q->slopes[1][0], q->slopes[1][1], q->slopes[1][2]};
+	struct vec3 jx = slope_of(q, 0), jy = slope_of(q, 1);
 	double line_px[2], off_px2[3];
 
 	compare_line(m, c, pressed, spot, line_px, off_px2);
@@ -84,7 +83,7 @@ static void add_way(const struct matcher *m, uint32_t c, const struct pressed *p
 	double weight = 1 / (spots->apart_sigma_px[c] * spots->apart_sigma_px[c]);
 
 	for (int k = 0; k < 2; k++) {
-		struct vec3 slope = {q->slopes[k][0], q->slopes[k][1], q->slopes[k][2]};
+		struct vec3 slope = slope_of(q, k);
 
 		pressed_add_equation(normal, right,
 				     spots->apart_px[c][k] - vec3_dot(slope, pressed->apart_m),

@@ -29,8 +29,7 @@ static struct off off_of(const struct matcher *m, uint32_t c, const struct press
 	double u[2] = {spot->line[0] / spot->line_px, spot->line[1] / spot->line_px};
 	double x = blob->x_px - (one_px[0] + other_px[0]) / 2;
 	double y = blob->y_px - (one_px[1] + other_px[1]) / 2;
-	struct vec3 jx = {q->slopes[0][0], q->slopes[0][1], q->slopes[0][2]};
-	struct vec3 jy = {q->slopes[1][0], q->slopes[1][1], q->slopes[1][2]};
+	struct vec3 jx = slope_of(q, 0), jy = slope_of(q, 1);
 	double drawn_px = merged_drawn_px(spot->share, spot->line_px);
 	double share_sigma = spot->share_known ? SHARE_SIGMA : BLIND_SIGMA;
 

@@ -72,9 +72,9 @@ static int blob_of_both(const struct matcher *m, uint32_t c, const struct tracke
 			return BLOB_NONE;
 	if (blob == BLOB_NONE || camera->blobs[blob].flags & BLOB_EDGE)
 		return BLOB_NONE;
-	double off2 = off2_px2(&camera->blobs[blob], middle_px[0], middle_px[1]);
+	double own_px2 = off2_px2(&camera->blobs[blob], middle_px[0], middle_px[1]);
 	bool theirs = !is_of_others(m, c, state, seed, &camera->blobs[blob],
-				    OTHERS_SHARE * OTHERS_SHARE * off2);
+				    OTHERS_SHARE * OTHERS_SHARE * own_px2);
 	return theirs ? blob : BLOB_NONE;
 }
 

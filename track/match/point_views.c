@@ -3,6 +3,8 @@
  */
 #include "track/match/point_views.h"
 
+#include <stddef.h>
+
 #define UNRESOLVED_PX 0.5f /* the sigma of a spot of two; parts of one know their place better */
 #define STRAINED_CHI2 9.0  /* per degree of freedom: three sigmas */
 #define TELLS_PX 0.8       /* a view that is less sure confirms nothing */
@@ -39,13 +41,12 @@ bool point_is_unsure(const struct matcher *m, const struct point *point)
 bool point_is_strained(const struct matcher *m, const struct point *point)
 {
 	int count = 0, plain_count = 0;
-	int16_t pair[2];
 
 	for (uint32_t left = point->fix.used_mask; left; left &= left - 1) {
 		uint32_t c = (uint32_t)__builtin_ctz(left);
 
 		count += blob_of(m, point, c)->sigma_px < TELLS_PX;
-		plain_count += !match_is_half(m, c, point->blob[c], pair);
+		plain_count += !match_is_half(m, c, point->blob[c], NULL);
 	}
 	return count < 3 || plain_count == 0 || point->fix.chi2_per_dof > STRAINED_CHI2;
 }

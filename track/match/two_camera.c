@@ -2,6 +2,8 @@
  * Markers that only two cameras see: nothing but the neighbours can contradict them, and left alone
  * they would drift off with a wrong blob.
  */
+#include <stddef.h>
+
 #include "track/label/remember.h"
 #include "track/label/wear.h"
 #include "track/match/match_parts.h"
@@ -146,11 +148,10 @@ static bool is_merged(const struct matcher *matcher, const struct point *point)
 	for (uint32_t left = point->claimed_mask; left; left &= left - 1) {
 		uint32_t c = (uint32_t)__builtin_ctz(left);
 		const struct blob *blob = &matcher->cameras[c].blobs[point->blob[c]];
-		int16_t pair[2];
 
 		if (blob->flags & BLOB_MERGED && blob->sigma_px > VAGUE_PX)
 			return true;
-		if (match_is_half(matcher, c, point->blob[c], pair) &&
+		if (match_is_half(matcher, c, point->blob[c], NULL) &&
 		    matcher->half_kind[c][point->blob[c]] != HALF_PLAIN)
 			return true;
 	}
