@@ -37,9 +37,18 @@ struct feed {
 	const uint8_t *next, *end; /* bytes not yet asked for */
 };
 
-#define FEED_BYTES 320
+#define FEED_BYTES 640
 #define LINE_BYTES 64
-#define FEED_ROWS 12
+#define FEED_ROWS 24
+
+/* Pixels that the scan asks for in time, further ahead than the processor does by itself. */
+#define SCAN_AHEAD_BYTES 2560
+
+static inline void scan_expect(const grey *groups, size_t count)
+{
+	for (size_t i = 0; i < count * GROUP_PX * sizeof(grey); i += LINE_BYTES)
+		__builtin_prefetch((const uint8_t *)groups + SCAN_AHEAD_BYTES + i);
+}
 
 static inline void feed_on(struct feed *feed)
 {

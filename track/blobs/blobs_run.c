@@ -5,9 +5,9 @@
 
 #include "track/blobs/blobs_parts.h"
 
-#define WORK_ROWS 4     /* the scan goes so far before the work behind it gets a share */
+#define WORK_ROWS 8     /* the scan goes so far before the work behind it gets a share */
 #define PAGE_BYTES 4096 /* the least that there is */
-#define PAGES_AHEAD 12
+#define PAGES_AHEAD 16
 #define LAG_ROWS (MEASURE_LAG_ROWS - 1) /* thresholds come from pixels up to so far below */
 
 /* The pixels of a group; those of a group cut by the image's border are copied and padded with

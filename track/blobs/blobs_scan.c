@@ -57,6 +57,7 @@ size_t blob_scan(const uint8_t *row, int y, const uint8_t *levels, int group_cou
 			simde_mm_or_si128(over_level(p + 2 * GROUP_PX, level + 2 * CELL_PX),
 					  over_level(p + 3 * GROUP_PX, level + 3 * CELL_PX));
 
+		scan_expect(p, 4);
 		if (!is_dark(simde_mm_or_si128(a, b)))
 			count += look(row, y, levels, g, g + 4, out + count);
 	}

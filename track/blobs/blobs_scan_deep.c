@@ -37,6 +37,7 @@ size_t blob_scan(const grey *row, int y, const grey *levels, int group_count, st
 	for (int g = 0; g < group_count; g++) {
 		words over = over_level(row + (size_t)g * GROUP_PX, levels + (size_t)g * CELL_PX);
 
+		scan_expect(row + (size_t)g * GROUP_PX, 1);
 		out[count] = (struct candidate){(uint16_t)y, (uint16_t)g};
 		count += !is_dark(over);
 	}

@@ -45,6 +45,7 @@ size_t blob_scan(const uint8_t *row, int y, const uint8_t *levels, int group_cou
 		bytes32 over = simde_mm256_or_si256(simde_mm256_or_si256(a, b),
 						    simde_mm256_or_si256(c, d));
 
+		scan_expect(p, 4);
 		if (simde_mm256_testz_si256(over, over))
 			continue;
 		count += note(a, y, g, out + count);
