@@ -11,6 +11,7 @@
 #include "track/excess.h"
 #include "track/ghost.h"
 #include "track/head.h"
+#include "track/head_seek.h"
 #include "track/jig.h"
 #include "track/label/crowd.h"
 #include "track/label/jaw.h"
@@ -110,14 +111,12 @@ static struct seed seed_of(const struct tracker_state *state, const struct label
 			     (int16_t)i, just_seen ? label->outvoted_mask : 0};
 }
 
-/* Where the markers should be in the shot, and where the cameras should see them. */
-static void prepare(const struct tracker_state *state, struct tracker_scratch *scratch,
-		    const struct tracker_rig *rig, int64_t time_ns)
+static void make_seeds(const struct tracker_state *state, struct tracker_scratch *scratch,
+		       const struct tracker_rig *rig)
 {
 	struct labelling *l = &scratch->labelling;
 	int count = 0;
 
-	predict_shot(state, l, time_ns);
 	for (uint32_t i = 0; i < state->label_count; i++)
 		if (state->frames[state->labels[i].frame].tracked)
 			scratch->seeds[count++] = seed_of(state, l, i);
@@ -125,6 +124,14 @@ static void prepare(const struct tracker_state *state, struct tracker_scratch *s
 		scratch->seeds[count++] =
 			(struct seed){state->loose_stage_m[i], SEED_RADIUS_M, LABEL_NONE, 0};
 	match_prepare(&scratch->matcher, rig, scratch->seeds, count);
+}
+
+/* Where the markers should be in the shot, and where the cameras should see them. */
+static void prepare(const struct tracker_state *state, struct tracker_scratch *scratch,
+		    const struct tracker_rig *rig, int64_t time_ns)
+{
+	predict_shot(state, &scratch->labelling, time_ns);
+	make_seeds(state, scratch, rig);
 	scratch->prepared = (struct preparation){rig, state->mid_exposure_ns, time_ns};
 }
 
@@ -316,6 +323,8 @@ void tracker_run(struct tracker_state *state, struct tracker_scratch *scratch,
 	begin_set(state, shot, out);
 	take_preparation(state, scratch, rig, now_ns);
 	match_begin(m, rig, &state->excess, shot);
+	if (seek_heads(state, l, m))
+		make_seeds(state, scratch, rig);
 	match_part_merged(m, state);
 	match_seeds(m);
 	match_leftovers(m);

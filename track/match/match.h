@@ -122,6 +122,9 @@ bool match_is_pressed(const struct matcher *matcher, const struct point *point);
  * plain, else only those count. When all points are found. */
 int match_sure_views(const struct matcher *matcher, const struct point *point);
 
+/* The point that at least three cameras confirm near one of the seeds; claims nothing. */
+bool match_try_seed(struct matcher *matcher, int index, struct point *out);
+
 /* Adds the points that at least three cameras confirm near a prepared seed. */
 void match_seeds(struct matcher *matcher);
 

@@ -88,7 +88,8 @@ bool match_may_show(const struct matcher *matcher, uint32_t camera, int blob, in
  */
 struct pressed {
 	int16_t seed[2];
-	struct vec3 apart_m;
+	struct vec3 apart_m;      /* as far as it is known */
+	struct vec3 expected_m;   /* ... and was expected */
 	double share[CAMERA_MAX]; /* the lower's share of their one spot's light; 0: not known */
 };
 

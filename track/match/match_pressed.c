@@ -53,11 +53,10 @@ static void drop_single(const struct matcher *m, const struct tracker_state *sta
 /* Whether both are there: a camera that did not see both before says no word against it, as one of
  * the two may well be hidden from it. */
 static bool are_two(const struct matcher *m, const struct tracker_state *state,
-		    struct vec3 expected_m, const struct pressed *pressed,
-		    const struct pressed_spots *spots)
+		    const struct pressed *pressed, const struct pressed_spots *spots)
 {
-	double odds = APART_ODDS * __builtin_popcount(spots->apart_mask) -
-		      pressed_surprise(expected_m, pressed);
+	double odds =
+		APART_ODDS * __builtin_popcount(spots->apart_mask) - pressed_surprise(pressed);
 
 	for (int i = 0; i < spots->count; i++) {
 		double gain = pressed_gain(m, spots->camera[i], pressed, &spots->spot[i]);
@@ -72,17 +71,15 @@ static bool find_apart(const struct matcher *m, const struct tracker_state *stat
 		       struct pressed *pressed)
 {
 	struct pressed_spots spots = {.count = 0};
-	struct vec3 expected_m = pressed->apart_m;
 
 	pressed_find_spots(m, state, pressed, &spots);
 	pressed_find_ways(m, pressed, &spots);
 	if (spots.count == 0 || spots.count + __builtin_popcount(spots.apart_mask) < CAMERA_LEAST)
 		return false;
-	if (!pressed_fit(m, &spots, expected_m, pressed) ||
-	    !are_two(m, state, expected_m, pressed, &spots))
+	if (!pressed_fit(m, &spots, pressed) || !are_two(m, state, pressed, &spots))
 		return false;
 	drop_single(m, state, pressed, &spots);
-	if (spots.count == 0 || !pressed_fit(m, &spots, expected_m, pressed))
+	if (spots.count == 0 || !pressed_fit(m, &spots, pressed))
 		return false;
 	pressed_share(m, &spots, pressed);
 	return true;
@@ -100,8 +97,9 @@ int pressed_find(const struct matcher *m, const struct tracker_state *state, str
 		if (other < 0 || !state->labels[label].confirmed || !state->labels[below].confirmed)
 			continue;
 		struct vec3 apart_m = vec3_sub(m->seed_stage_m[other], m->seed_stage_m[i]);
-		out[count] =
-			(struct pressed){.seed = {(int16_t)i, (int16_t)other}, .apart_m = apart_m};
+		out[count] = (struct pressed){.seed = {(int16_t)i, (int16_t)other},
+					      .apart_m = apart_m,
+					      .expected_m = apart_m};
 		count += vec3_norm(apart_m) < NEAR_M && find_apart(m, state, &out[count]);
 	}
 	return count;

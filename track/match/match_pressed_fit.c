@@ -92,7 +92,7 @@ static void add_way(const struct matcher *m, uint32_t c, const struct pressed *p
 }
 
 /* Gauss-Newton from what is known so far. */
-bool pressed_fit(const struct matcher *m, const struct pressed_spots *spots, struct vec3 expected_m,
+bool pressed_fit(const struct matcher *m, const struct pressed_spots *spots,
 		 struct pressed *pressed)
 {
 	const double prior = 1 / (EXPECTED_SIGMA_M * EXPECTED_SIGMA_M);
@@ -100,7 +100,8 @@ bool pressed_fit(const struct matcher *m, const struct pressed_spots *spots, str
 	for (int round = 0; round < ROUNDS; round++) {
 		double lenience = LENIENCE / (1 + round * (LENIENCE - 1) / (ROUNDS - 1));
 		double normal[6] = {prior, 0, 0, prior, 0, prior}, inverse[6], determinant;
-		struct vec3 right = vec3_scale(vec3_sub(expected_m, pressed->apart_m), prior);
+		struct vec3 right =
+			vec3_scale(vec3_sub(pressed->expected_m, pressed->apart_m), prior);
 
 		for (uint32_t left = spots->apart_mask; left; left &= left - 1)
 			add_way(m, (uint32_t)__builtin_ctz(left), pressed, spots, normal, &right);
@@ -140,9 +141,9 @@ double pressed_gain(const struct matcher *m, uint32_t c, const struct pressed *p
 	       misfit(off_px2, spot->alone_known, spread_sigma_px2(spot, line_px));
 }
 
-double pressed_surprise(struct vec3 expected_m, const struct pressed *pressed)
+double pressed_surprise(const struct pressed *pressed)
 {
-	double off = vec3_distance(pressed->apart_m, expected_m) / EXPECTED_SIGMA_M;
+	double off = vec3_distance(pressed->apart_m, pressed->expected_m) / EXPECTED_SIGMA_M;
 
 	return bounded(off * off);
 }

@@ -54,10 +54,10 @@ void pressed_find_ways(const struct matcher *matcher, const struct pressed *pres
 
 /* Fits the way from one marker to the other, leaning on where it was expected. */
 bool pressed_fit(const struct matcher *matcher, const struct pressed_spots *spots,
-		 struct vec3 expected_m, struct pressed *pressed);
+		 struct pressed *pressed);
 
 /* By how many squared sigmas the way is not the expected one. */
-double pressed_surprise(struct vec3 expected_m, const struct pressed *pressed);
+double pressed_surprise(const struct pressed *pressed);
 
 /* One equation more of least squares: by so much is the linear form with this slope off. */
 void pressed_add_equation(double normal[6], struct vec3 *right, double error, struct vec3 slope,

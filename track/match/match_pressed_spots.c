@@ -16,6 +16,11 @@ static bool are_in_sight(const struct matcher *m, uint32_t c, const int16_t seed
 	return m->cameras[c].view && m->in_sight[c][seed[0]] && m->in_sight[c][seed[1]];
 }
 
+static double length_px(const struct projection *q, struct vec3 way_m)
+{
+	return hypot(project_slope(q, 0, way_m), project_slope(q, 1, way_m));
+}
+
 /* The camera's spots nearest to where the two are expected, within so much of the line. */
 static void find_nearest(const struct matcher *m, uint32_t c, const int16_t seed[2],
 			 double reach_px, int blob[2])
@@ -99,6 +104,8 @@ static void find_excess(const struct matcher *m, uint32_t c, const struct tracke
 	out->longer_px2[2] = more_px2[0] + more_px2[2];
 }
 
+/* Looked for as far off as the way was expected to be long: what is found once is found again when
+ * the way has turned out shorter. */
 bool pressed_find_spot(const struct matcher *m, uint32_t c, const struct tracker_state *state,
 		       const struct pressed *pressed, struct pressed_spot *out)
 {
@@ -109,7 +116,9 @@ bool pressed_find_spot(const struct matcher *m, uint32_t c, const struct tracker
 	for (int k = 0; k < 2; k++)
 		out->line[k] = project_slope(&m->seen[c][seed[0]], k, pressed->apart_m);
 	out->line_px = hypot(out->line[0], out->line[1]);
-	out->blob = blob_of_both(m, c, state, seed, out->line_px);
+	out->blob = blob_of_both(
+		m, c, state, seed,
+		fmax(out->line_px, length_px(&m->seen[c][seed[0]], pressed->expected_m)));
 	if (out->blob == BLOB_NONE)
 		return false;
 	const float *shape_px2 = m->cameras[c].blobs[out->blob].shape_px2;
@@ -140,8 +149,7 @@ void pressed_find_spots(const struct matcher *m, const struct tracker_state *sta
 static void find_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
 		     struct pressed_spots *out)
 {
-	double line_px = hypot(project_slope(&m->seen[c][pressed->seed[0]], 0, pressed->apart_m),
-			       project_slope(&m->seen[c][pressed->seed[0]], 1, pressed->apart_m));
+	double line_px = length_px(&m->seen[c][pressed->seed[0]], pressed->apart_m);
 	int blob[2];
 
 	find_nearest(m, c, pressed->seed, OFF_SHARE * line_px, blob);
