@@ -20,6 +20,8 @@
  * is farther off says so itself. */
 #define BAD_SIGMA_PX 1.0
 
+#define DELETED_MIN 1e-6 /* of a view's own variance: what the others leave of it */
+
 /* How often a view is bad, by what the blob finder says of the blob. */
 #define BAD_SHARE 0.03
 #define BAD_SHARE_SATURATED 0.06
@@ -50,7 +52,7 @@ struct fault {
 
 struct suspect {
 	int view;
-	double off;       /* squared sigmas from where all views want the point */
+	double off;       /* squared sigmas from where the others want the point */
 	struct sums sums; /* its equations */
 	struct fault bad, poor;
 };
@@ -115,16 +117,33 @@ static struct fault fault_of(double share, double times)
 	return (struct fault){1 - 1 / times, log(share / (1 - share) / times)};
 }
 
+/* By how many squared sigmas a view is off where the others want the point: one that lies and
+ * boasts has the point where it wants it, and is found by this alone (deleted residuals; Cook and
+ * Weisberg 1982). */
+static double contradiction(const struct equation *q, const struct reading *all)
+{
+	struct vec3 jx = {q->q.slopes[0][0], q->q.slopes[0][1], q->q.slopes[0][2]};
+	struct vec3 jy = {q->q.slopes[1][0], q->q.slopes[1][1], q->q.slopes[1][2]};
+	struct vec3 cx = sym3_apply(all->cov_m2, jx), cy = sym3_apply(all->cov_m2, jy);
+	double x = q->e[0] - vec3_dot(jx, all->step), y = q->e[1] - vec3_dot(jy, all->step);
+	double own = 1 / q->weight, xx = own - vec3_dot(jx, cx), yy = own - vec3_dot(jy, cy);
+	double xy = -vec3_dot(jx, cy), determinant = xx * yy - xy * xy;
+
+	if (!(determinant > DELETED_MIN * own * own)) /* without it there is no point */
+		return q->weight * (x * x + y * y);
+	return (yy * x * x - 2 * xy * x * y + xx * y * y) / determinant;
+}
+
 static struct suspect suspect_of(int view, const struct sighting *sighting,
 				 const struct equation *equation, const struct sums *sums,
-				 struct vec3 all_step)
+				 const struct reading *all, bool deleted)
 {
-	double left_px2 = equation_left_px2(equation, all_step);
+	double left_px2 = equation_left_px2(equation, all->step);
 	double bad_px2 = fmax(BAD_SIGMA_PX * BAD_SIGMA_PX, 0.5 * left_px2);
 
 	return (struct suspect){
 		.view = view,
-		.off = equation->weight * left_px2,
+		.off = deleted ? contradiction(equation, all) : equation->weight * left_px2,
 		.sums = *sums,
 		.bad = fault_of(bad_share(sighting), 1 + bad_px2 * equation->weight),
 		.poor = fault_of(POOR_SHARE, POOR_SPREADS * POOR_SPREADS)};
@@ -258,16 +277,28 @@ static void average(const struct readings *r, struct doubt *out)
 			out->bad_mask |= 1u << c;
 }
 
-/* Besides the first reading, all those of whom the views that want the point there put in doubt. */
+/* Halves of merged spots are off together, where two lips were parted wrongly: they do not outvote
+ * a plain view. */
+static bool most_are_parts(const struct sighting *sightings, int count)
+{
+	int parts = 0;
+
+	for (int i = 0; i < count; i++)
+		parts += (sightings[i].flags & BLOB_MERGED) != 0;
+	return 2 * parts > count;
+}
+
+/* Besides the first reading, all those of whom the views put in doubt that want the point where
+ * `from` has it; `deleted`: of whom all but the one put in doubt. */
 static void doubt_from(struct readings *r, const struct sighting *sightings,
 		       const struct equation *equations, const struct sums *sums, int count,
-		       const struct belief *all_good, struct vec3 step)
+		       const struct belief *all_good, const struct reading *from, bool deleted)
 {
 	r->suspect_count = 0;
 	r->count = 1;
 	for (int i = 0; i < count; i++) {
 		struct suspect suspect =
-			suspect_of(i, &sightings[i], &equations[i], &sums[i], step);
+			suspect_of(i, &sightings[i], &equations[i], &sums[i], from, deleted);
 
 		add_suspect(r, &suspect);
 	}
@@ -291,6 +322,8 @@ int doubt_views(const struct sighting *sightings, const struct equation *equatio
 	struct sums sums[CAMERA_MAX];
 	struct belief all_good = {.bad_mask = 0};
 
+	if (count < 2)
+		return -EDOM;
 	r.count = 0;
 	for (int i = 0; i < count; i++) {
 		sums[i] = sums_of(&equations[i]);
@@ -299,11 +332,14 @@ int doubt_views(const struct sighting *sightings, const struct equation *equatio
 	add_reading(&r, &all_good);
 	if (r.count == 0)
 		return -EDOM;
-	doubt_from(&r, sightings, equations, sums, count, &all_good, r.list[0].step);
-	/* One that lies and boasts made suspects of those that it contradicts. */
-	if (count > SUSPECT_MAX && best_reading(&r)->bad_mask)
-		doubt_from(&r, sightings, equations, sums, count, &all_good,
-			   best_reading(&r)->step);
+	doubt_from(&r, sightings, equations, sums, count, &all_good, &r.list[0],
+		   !most_are_parts(sightings, count));
+	/* One that lies and boasts made suspects of those that it contradicts, and hides others. */
+	if (count > SUSPECT_MAX && best_reading(&r)->bad_mask) {
+		struct reading best = *best_reading(&r);
+
+		doubt_from(&r, sightings, equations, sums, count, &all_good, &best, false);
+	}
 	for (int i = 0; i < r.suspect_count; i++)
 		add_poor(&r, &all_good, &r.suspects[i]);
 	add_boast(&r, &all_good.sums, count);

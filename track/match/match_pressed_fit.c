@@ -9,6 +9,7 @@
 #define LINE_SHARE 0.25         /* of the line's square: a spread tells it no better */
 #define EXPECTED_SIGMA_M 0.0008 /* of the way from one to the other */
 #define ROBUST_SIGMAS 2.0
+#define WAY_ROBUST_SIGMAS 4.0 /* of a way that a camera tells */
 #define LENIENCE 8.0 /* times as many in the first round, as the way may be far off yet */
 #define ROUNDS 5
 #define EVIDENCE_SIGMAS 3.0 /* what one spot tells at most */
@@ -76,19 +77,21 @@ static void add_spot(const struct matcher *m, uint32_t c, const struct pressed *
 				     weight * weight);
 }
 
+/* Where others crowd about the two, one of the spots may be theirs: robust as well. */
 static void add_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
-		    const struct pressed_spots *spots, double normal[6], struct vec3 *right)
+		    const struct pressed_spots *spots, double lenience, double normal[6],
+		    struct vec3 *right)
 {
 	const struct projection *q = &m->seen[c][pressed->seed[0]];
-	double weight = 1 / (spots->apart_sigma_px[c] * spots->apart_sigma_px[c]);
+	double sigma_px = spots->apart_sigma_px[c], off_px[2];
 
-	for (int k = 0; k < 2; k++) {
-		struct vec3 slope = slope_of(q, k);
+	for (int k = 0; k < 2; k++)
+		off_px[k] = spots->apart_px[c][k] - project_slope(q, k, pressed->apart_m);
+	double far = hypot(off_px[0], off_px[1]) / (lenience * WAY_ROBUST_SIGMAS * sigma_px);
+	double weight = 1 / (sigma_px * (1 + far * far));
 
-		pressed_add_equation(normal, right,
-				     spots->apart_px[c][k] - vec3_dot(slope, pressed->apart_m),
-				     slope, weight);
-	}
+	for (int k = 0; k < 2; k++)
+		pressed_add_equation(normal, right, off_px[k], slope_of(q, k), weight * weight);
 }
 
 /* Gauss-Newton from what is known so far. */
@@ -104,7 +107,8 @@ bool pressed_fit(const struct matcher *m, const struct pressed_spots *spots,
 			vec3_scale(vec3_sub(pressed->expected_m, pressed->apart_m), prior);
 
 		for (uint32_t left = spots->apart_mask; left; left &= left - 1)
-			add_way(m, (uint32_t)__builtin_ctz(left), pressed, spots, normal, &right);
+			add_way(m, (uint32_t)__builtin_ctz(left), pressed, spots, lenience, normal,
+				&right);
 		for (int i = 0; i < spots->count; i++)
 			add_spot(m, spots->camera[i], pressed, &spots->spot[i], lenience, normal,
 				 &right);
