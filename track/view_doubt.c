@@ -52,7 +52,7 @@ struct fault {
 
 struct suspect {
 	int view;
-	double off;       /* squared sigmas from where the others want the point */
+	double off;       /* squared sigmas from where the point is wanted */
 	struct sums sums; /* its equations */
 	struct fault bad, poor;
 };

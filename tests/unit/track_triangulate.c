@@ -388,6 +388,29 @@ static void two_of_ten_that_lie_are_found_where_one_boasts(void **state)
 	assert_true(found > 490);
 }
 
+/* It has the point where it wants it, so that each of the others is farther off than it is. */
+static void one_of_seven_that_boasts_is_found(void **state)
+{
+	struct rng rng;
+	struct sighting sightings[ALL_VIEWS];
+	struct fix fix;
+	int found = 0;
+
+	(void)state;
+	rng_init(&rng, 16, 0);
+	for (int trial = 0; trial < 500; trial++) {
+		struct vec3 p = random_point(&rng);
+
+		sight_with_liar(&rng, p, 7, 0.05, 0, sightings);
+		sightings[3].sigma_px = 0.007;
+		move_aside(1.2, 6.28 * rng_uniform(&rng), &sightings[3]);
+		assert_int_equal(triangulate(sightings, 7, NULL, &fix), 0);
+		found += !(fix.used_mask & 1u << 3) && vec3_distance(fix.p_stage_m, p) < 2e-4;
+	}
+	print_message("# %d of 500\n", found);
+	assert_true(found > 480);
+}
+
 /* Beside halves of spots that are not exact enough to contradict it. */
 static void a_touching_spot_may_be_both(void **state)
 {
@@ -428,6 +451,7 @@ int main(void)
 		cmocka_unit_test(a_merged_blob_is_the_first_to_be_suspected),
 		cmocka_unit_test(who_was_outvoted_is_suspected_again),
 		cmocka_unit_test(sigmas_that_are_all_too_small_leave_no_view_out),
+		cmocka_unit_test(one_of_seven_that_boasts_is_found),
 		cmocka_unit_test(two_of_ten_that_lie_are_found_where_one_boasts),
 		cmocka_unit_test(a_touching_spot_may_be_both),
 	};

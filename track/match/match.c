@@ -5,7 +5,7 @@
 #include "track/match/match.h"
 
 #include <stdbool.h>
-#include <string.h>
+#include <stddef.h>
 
 #include "track/match/match_parts.h"
 #include "track/match/sight_index.h"

@@ -76,7 +76,10 @@ static bool find_apart(const struct matcher *m, const struct tracker_state *stat
 	pressed_find_ways(m, pressed, &spots);
 	if (spots.count == 0 || spots.count + __builtin_popcount(spots.apart_mask) < CAMERA_LEAST)
 		return false;
-	if (!pressed_fit(m, &spots, pressed) || !are_two(m, state, pressed, &spots))
+	if (!pressed_fit(m, &spots, pressed))
+		return false;
+	pressed_drop_ways(m, pressed, &spots);
+	if (!are_two(m, state, pressed, &spots))
 		return false;
 	drop_single(m, state, pressed, &spots);
 	if (spots.count == 0 || !pressed_fit(m, &spots, pressed))

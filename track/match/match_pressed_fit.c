@@ -10,7 +10,7 @@
 #define EXPECTED_SIGMA_M 0.0008 /* of the way from one to the other */
 #define ROBUST_SIGMAS 2.0
 #define WAY_ROBUST_SIGMAS 4.0 /* of a way that a camera tells */
-#define LENIENCE 8.0 /* times as many in the first round, as the way may be far off yet */
+#define LENIENCE 8.0          /* times as many in the first round, as the way may be far off yet */
 #define ROUNDS 5
 #define EVIDENCE_SIGMAS 3.0 /* what one spot tells at most */
 
@@ -77,18 +77,26 @@ static void add_spot(const struct matcher *m, uint32_t c, const struct pressed *
 				     weight * weight);
 }
 
+/* By how much the camera's two spots say another way, in so many of their sigmas. */
+static double off_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
+		      const struct pressed_spots *spots, double off_px[2])
+{
+	const struct projection *q = &m->seen[c][pressed->seed[0]];
+
+	for (int k = 0; k < 2; k++)
+		off_px[k] = spots->apart_px[c][k] - project_slope(q, k, pressed->apart_m);
+	return hypot(off_px[0], off_px[1]) / spots->apart_sigma_px[c];
+}
+
 /* Where others crowd about the two, one of the spots may be theirs: robust as well. */
 static void add_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
 		    const struct pressed_spots *spots, double lenience, double normal[6],
 		    struct vec3 *right)
 {
 	const struct projection *q = &m->seen[c][pressed->seed[0]];
-	double sigma_px = spots->apart_sigma_px[c], off_px[2];
-
-	for (int k = 0; k < 2; k++)
-		off_px[k] = spots->apart_px[c][k] - project_slope(q, k, pressed->apart_m);
-	double far = hypot(off_px[0], off_px[1]) / (lenience * WAY_ROBUST_SIGMAS * sigma_px);
-	double weight = 1 / (sigma_px * (1 + far * far));
+	double off_px[2];
+	double far = off_way(m, c, pressed, spots, off_px) / (lenience * WAY_ROBUST_SIGMAS);
+	double weight = 1 / (spots->apart_sigma_px[c] * (1 + far * far));
 
 	for (int k = 0; k < 2; k++)
 		pressed_add_equation(normal, right, off_px[k], slope_of(q, k), weight * weight);
@@ -117,6 +125,18 @@ bool pressed_fit(const struct matcher *m, const struct pressed_spots *spots,
 		pressed->apart_m = vec3_add(pressed->apart_m, sym3_apply(inverse, right));
 	}
 	return true;
+}
+
+void pressed_drop_ways(const struct matcher *m, const struct pressed *pressed,
+		       struct pressed_spots *spots)
+{
+	for (uint32_t left = spots->apart_mask; left; left &= left - 1) {
+		uint32_t c = (uint32_t)__builtin_ctz(left);
+		double off_px[2];
+
+		if (off_way(m, c, pressed, spots, off_px) > WAY_ROBUST_SIGMAS)
+			spots->apart_mask &= ~(1u << c);
+	}
 }
 
 static double bounded(double z2)

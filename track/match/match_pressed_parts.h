@@ -56,6 +56,10 @@ void pressed_find_ways(const struct matcher *matcher, const struct pressed *pres
 bool pressed_fit(const struct matcher *matcher, const struct pressed_spots *spots,
 		 struct pressed *pressed);
 
+/* Leaves out the cameras that tell a way far from the fitted one: theirs are others' spots. */
+void pressed_drop_ways(const struct matcher *matcher, const struct pressed *pressed,
+		       struct pressed_spots *spots);
+
 /* By how many squared sigmas the way is not the expected one. */
 double pressed_surprise(const struct pressed *pressed);
 
