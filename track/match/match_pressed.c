@@ -73,7 +73,7 @@ static bool find_apart(const struct matcher *m, const struct tracker_state *stat
 	struct pressed_spots spots = {.count = 0};
 
 	pressed_find_spots(m, state, pressed, &spots);
-	pressed_find_ways(m, pressed, &spots);
+	pressed_find_ways(m, state, pressed, &spots);
 	if (spots.count == 0 || spots.count + __builtin_popcount(spots.apart_mask) < CAMERA_LEAST)
 		return false;
 	if (!pressed_fit(m, &spots, pressed))

@@ -49,8 +49,8 @@ void pressed_find_spots(const struct matcher *matcher, const struct tracker_stat
 			const struct pressed *pressed, struct pressed_spots *spots);
 
 /* The cameras that have a spot for each: from one to the other is the way. */
-void pressed_find_ways(const struct matcher *matcher, const struct pressed *pressed,
-		       struct pressed_spots *spots);
+void pressed_find_ways(const struct matcher *matcher, const struct tracker_state *state,
+		       const struct pressed *pressed, struct pressed_spots *spots);
 
 /* Fits the way from one marker to the other, leaning on where it was expected. */
 bool pressed_fit(const struct matcher *matcher, const struct pressed_spots *spots,

@@ -144,10 +144,25 @@ void pressed_find_spots(const struct matcher *m, const struct tracker_state *sta
 	}
 }
 
+/* Neither spot is more likely other markers'. */
+static bool are_theirs(const struct matcher *m, uint32_t c, const struct tracker_state *state,
+		       const int16_t seed[2], const int blob[2])
+{
+	for (int i = 0; i < 2; i++) {
+		const struct blob *spot = &m->cameras[c].blobs[blob[i]];
+		const double *at_px = m->seen[c][seed[i]].pixel;
+		double own_px2 = off2_px2(spot, at_px[0], at_px[1]);
+
+		if (is_of_others(m, c, state, seed, spot, OTHERS_SHARE * OTHERS_SHARE * own_px2))
+			return false;
+	}
+	return true;
+}
+
 /* The camera has a spot for each, and so tells the way from one to the other. They touch: where
  * they do not, a camera that has but one spot sees one of them alone. */
-static void find_way(const struct matcher *m, uint32_t c, const struct pressed *pressed,
-		     struct pressed_spots *out)
+static void find_way(const struct matcher *m, uint32_t c, const struct tracker_state *state,
+		     const struct pressed *pressed, struct pressed_spots *out)
 {
 	double line_px = length_px(&m->seen[c][pressed->seed[0]], pressed->apart_m);
 	int blob[2];
@@ -157,7 +172,8 @@ static void find_way(const struct matcher *m, uint32_t c, const struct pressed *
 		return;
 	const struct blob *one = &m->cameras[c].blobs[blob[0]],
 			  *other = &m->cameras[c].blobs[blob[1]];
-	if (!(one->flags & other->flags & BLOB_MERGED))
+	if (!(one->flags & other->flags & BLOB_MERGED) ||
+	    !are_theirs(m, c, state, pressed->seed, blob))
 		return;
 	out->apart_mask |= 1u << c;
 	out->apart_px[c][0] = other->x_px - one->x_px;
@@ -166,10 +182,10 @@ static void find_way(const struct matcher *m, uint32_t c, const struct pressed *
 		hypot(match_sigma_px(m, c, one), match_sigma_px(m, c, other)) + WAY_SIGMA_PX;
 }
 
-void pressed_find_ways(const struct matcher *m, const struct pressed *pressed,
-		       struct pressed_spots *spots)
+void pressed_find_ways(const struct matcher *m, const struct tracker_state *state,
+		       const struct pressed *pressed, struct pressed_spots *spots)
 {
 	for (uint32_t c = 0; c < m->camera_count; c++)
 		if (are_in_sight(m, c, pressed->seed))
-			find_way(m, c, pressed, spots);
+			find_way(m, c, state, pressed, spots);
 }
