@@ -15,7 +15,7 @@
 #define SOUGHT_MIN 8     /* of them found: of fewer, faces that move would turn the head */
 #define NEARER_SHARE 0.6 /* of them are nearer to their markers than before */
 
-/* It was seen in the last shots, and it is known where it should be. */
+/* It was seen in the last shot, and it is known how it moves. */
 static bool is_followed(const struct tracker_state *state, const struct labelling *l,
 			const struct matcher *m, int frame, int label)
 {

@@ -19,6 +19,18 @@ struct projection {
 	double slopes[2][3];
 };
 
+/* Pixels along the image's axis per metre at the projected place. */
+static inline struct vec3 slope_of(const struct projection *q, int axis)
+{
+	return (struct vec3){q->slopes[axis][0], q->slopes[axis][1], q->slopes[axis][2]};
+}
+
+/* Of a vector in space at the projected place: how far along the image's axis, in pixels. */
+static inline double project_slope(const struct projection *q, int axis, struct vec3 d)
+{
+	return vec3_dot(slope_of(q, axis), d);
+}
+
 struct view {
 	int width_px, height_px;
 	struct pose rt_cam_stage;

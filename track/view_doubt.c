@@ -96,8 +96,7 @@ static struct sums sums_of(const struct equation *q)
 				      j[1] * j[1], j[1] * j[2], j[2] * j[2]};
 
 		sym3_add(s.h, products, q->weight);
-		s.g = vec3_add(s.g,
-			       vec3_scale((struct vec3){j[0], j[1], j[2]}, q->weight * q->e[i]));
+		s.g = vec3_add(s.g, vec3_scale(slope_of(&q->q, i), q->weight * q->e[i]));
 	}
 	return s;
 }
@@ -122,8 +121,7 @@ static struct fault fault_of(double share, double times)
  * Weisberg 1982). */
 static double contradiction(const struct equation *q, const struct reading *all)
 {
-	struct vec3 jx = {q->q.slopes[0][0], q->q.slopes[0][1], q->q.slopes[0][2]};
-	struct vec3 jy = {q->q.slopes[1][0], q->q.slopes[1][1], q->q.slopes[1][2]};
+	struct vec3 jx = slope_of(&q->q, 0), jy = slope_of(&q->q, 1);
 	struct vec3 cx = sym3_apply(all->cov_m2, jx), cy = sym3_apply(all->cov_m2, jy);
 	double x = q->e[0] - vec3_dot(jx, all->step), y = q->e[1] - vec3_dot(jy, all->step);
 	double own = 1 / q->weight, xx = own - vec3_dot(jx, cx), yy = own - vec3_dot(jy, cy);
@@ -136,14 +134,14 @@ static double contradiction(const struct equation *q, const struct reading *all)
 
 static struct suspect suspect_of(int view, const struct sighting *sighting,
 				 const struct equation *equation, const struct sums *sums,
-				 const struct reading *all, bool deleted)
+				 const struct reading *from, bool deleted)
 {
-	double left_px2 = equation_left_px2(equation, all->step);
+	double left_px2 = equation_left_px2(equation, from->step);
 	double bad_px2 = fmax(BAD_SIGMA_PX * BAD_SIGMA_PX, 0.5 * left_px2);
 
 	return (struct suspect){
 		.view = view,
-		.off = deleted ? contradiction(equation, all) : equation->weight * left_px2,
+		.off = deleted ? contradiction(equation, from) : equation->weight * left_px2,
 		.sums = *sums,
 		.bad = fault_of(bad_share(sighting), 1 + bad_px2 * equation->weight),
 		.poor = fault_of(POOR_SHARE, POOR_SPREADS * POOR_SPREADS)};

@@ -25,18 +25,6 @@ struct pressed_spots {
 	double apart_px[CAMERA_MAX][2], apart_sigma_px[CAMERA_MAX];
 };
 
-/* Pixels along the image's axis per metre at the projected place. */
-static inline struct vec3 slope_of(const struct projection *q, int axis)
-{
-	return (struct vec3){q->slopes[axis][0], q->slopes[axis][1], q->slopes[axis][2]};
-}
-
-/* Of a vector in space at the projected place: how far along the image's axis, in pixels. */
-static inline double project_slope(const struct projection *q, int axis, struct vec3 d)
-{
-	return vec3_dot(slope_of(q, axis), d);
-}
-
 /* The camera's spot of the two. False when it does not have both in one, or no spread of it. */
 bool pressed_find_spot(const struct matcher *matcher, uint32_t c, const struct tracker_state *state,
 		       const struct pressed *pressed, struct pressed_spot *out);
