@@ -14,7 +14,10 @@
 #define STEEP 0.04f          /* 256ths per pixel */
 #define TILT_OF_SADDLE 0.40f /* measured on pairs of equal spots */
 #define TILT_OF_STEP 0.6f    /* measured on spots across a sharp rim */
-#define STEP_MIN 6           /* 256ths; below, a slope that the plane follows */
+#define TILT_OF_GAP 0.3f     /* measured on pairs with a dark pixel between them */
+#define GAP_NONE_PX 0.5f     /* from the longer half of a spot to the skirt of the next */
+#define GAP_SMALL_PX 1.0f
+#define STEP_MIN 6             /* 256ths; below, a slope that the plane follows */
 #define SIGMA_FLOOR_PX 0.0015f /* pixel phase, lens blur that is not symmetric */
 #define SIGMA_RIM_PX 0.0045f   /* pixel phase of a clipped spot whose rim is a pixel wide */
 #define RIM_MIN_PX 0.5f
@@ -97,8 +100,22 @@ static struct shapes find_shapes(const struct sight *sight)
 	return out;
 }
 
-/* How far a merged neighbour's skirt, or the step of a rim below the spot, may pull the centroid:
- * in standard deviations of the spot's light. */
+/* What the skirt of a neighbour that stands a pixel away may do: the two were not one because it
+ * stays below the threshold. */
+static float8 tilts_of_gap(const struct sight *sight, float8 saddle)
+{
+	float8 half = mul(all(0.5f), load8(sight->size_px));
+	float8 gap = sub(load8(sight->clear_px), half);
+	float8 none = exceeds(all(GAP_NONE_PX), gap), small = exceeds(all(GAP_SMALL_PX), gap);
+	float8 alone = exceeds(all(0.5f), load8(sight->merged));
+	float8 pull =
+		mul(saddle, select8(none, all(TILT_OF_GAP), mul(all(2 * TILT_OF_GAP), saddle)));
+
+	return both(both(alone, small), pull);
+}
+
+/* How far a neighbour's skirt, or the step of a rim below the spot, may pull the centroid: in
+ * standard deviations of the spot's light. */
 static float8 tilts(const struct sight *sight, float8 height, float unit)
 {
 	float8 background = load8(sight->background);
@@ -107,7 +124,8 @@ static float8 tilts(const struct sight *sight, float8 height, float unit)
 		over(greater(sub(load8(sight->contrast), all(STEP_MIN * unit)), all(0)), height);
 	float8 merged = exceeds(load8(sight->merged), all(0));
 
-	return add(both(merged, mul(mul(all(TILT_OF_SADDLE), saddle), saddle)),
+	return add(add(both(merged, mul(mul(all(TILT_OF_SADDLE), saddle), saddle)),
+		       tilts_of_gap(sight, saddle)),
 		   mul(all(TILT_OF_STEP), step));
 }
 
