@@ -15,6 +15,8 @@
 #define WIDTH 640
 #define HEIGHT 512
 #define PITCH_PX 30
+#define BACKGROUND 10
+#define READ_NOISE 2
 #define PAIR_LIMIT 400
 #define PICTURES 6
 #define FAR_CHI2 18.4 /* one in ten thousand, of two axes */
@@ -48,16 +50,16 @@ static int draw_pairs(struct picture *picture, struct pair *pairs, double diamet
 
 	for (int y = PITCH_PX; y < HEIGHT - PITCH_PX; y += PITCH_PX)
 		for (int x = PITCH_PX; x < WIDTH - PITCH_PX; x += PITCH_PX, count++) {
-			double angle = 2 * M_PI * rng_uniform(rng),
-			       apart_px = 2 + 3 * rng_uniform(rng);
+			double angle = 2 * M_PI * rng_uniform(rng);
+			double apart_px = 2 + 3 * rng_uniform(rng);
 			double x_px = x + rng_uniform(rng), y_px = y + rng_uniform(rng);
 			struct true_spot *spots = pairs[count].spots;
 
 			spots[0] = draw(x_px, y_px, diameter_px, amplitude, rng);
 			spots[1] = draw(x_px + apart_px * cos(angle), y_px + apart_px * sin(angle),
 					diameter_px, amplitude, rng);
-			picture_add(picture, &spots[0], 2);
-			picture_add(picture, &spots[1], 2);
+			picture_add(picture, &spots[0], READ_NOISE);
+			picture_add(picture, &spots[1], READ_NOISE);
 		}
 	return count;
 }
@@ -100,11 +102,11 @@ static struct score run_pairs(double diameter_px, double amplitude)
 	rng_init(&rng, 17, 3);
 	assert_int_equal(blob_finder_create(&finder, WIDTH, HEIGHT, &settings), 0);
 	for (int i = 0; i < PICTURES; i++) {
-		struct picture picture = picture_create(WIDTH, HEIGHT, 10);
+		struct picture picture = picture_create(WIDTH, HEIGHT, BACKGROUND);
 		int count = draw_pairs(&picture, pairs, diameter_px, amplitude, &rng);
 		struct grey_image image = picture_image(&picture);
 
-		picture_expose(&picture, 2, &rng);
+		picture_expose(&picture, READ_NOISE, &rng);
 		blob_finder_run(finder, &image, &set);
 		for (int p = 0; p < count; p++)
 			score_pair(&score, &set, &pairs[p]);

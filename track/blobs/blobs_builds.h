@@ -40,6 +40,7 @@
 #define spot_is_whole OF_BUILD(spot_is_whole)
 #define spot_moment OF_BUILD(spot_moment)
 #define spot_prepare OF_BUILD(spot_prepare)
+#define spot_shapes OF_BUILD(spot_shapes)
 #define spot_root OF_BUILD(spot_root)
 #define spot_split OF_BUILD(spot_split)
 #define spot_step OF_BUILD(spot_step)

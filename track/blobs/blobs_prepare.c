@@ -7,37 +7,31 @@
 
 #include "track/blobs/blobs_float8.h"
 #include "track/blobs/blobs_parts.h"
+#include "track/blobs/blobs_sight.h"
 
-#define POINT_VARIANCE_PX2 0.6f /* no spot is sharper than a pixel */
-#define SHAPELESS_AREA_PX2 6
-#define LARGE_SNR 60         /* from here on the window need not fear noise, only the pixel grid */
-#define STEEP 0.04f          /* 256ths per pixel */
+#define LARGE_SNR 60 /* from here on the window need not fear noise, only the pixel grid */
+#define STEEP 0.04f  /* 256ths per pixel */
+
 #define TILT_OF_SADDLE 0.40f /* measured on pairs of equal spots */
 #define TILT_OF_STEP 0.6f    /* measured on spots across a sharp rim */
 #define TILT_OF_GAP 0.3f     /* measured on pairs with a dark pixel between them */
 #define GAP_NONE_PX 0.5f     /* from the longer half of a spot to the skirt of the next */
-#define GAP_SMALL_PX 1.0f
-#define STEP_MIN 6             /* 256ths; below, a slope that the plane follows */
+#define GAP_SMALL_PX 1.0f    /* beyond, there is no pull to speak of */
+#define STEP_MIN 6           /* 256ths; below, a slope that the plane follows */
+
 #define SIGMA_FLOOR_PX 0.0015f /* pixel phase, lens blur that is not symmetric */
 #define SIGMA_RIM_PX 0.0045f   /* pixel phase of a clipped spot whose rim is a pixel wide */
 #define RIM_MIN_PX 0.5f
 #define PIXEL_GAIN 0.006f /* no sensor's pixels are alike: 0.5 to 1 % (EMVA 1288, PRNU) */
 #define RIM_HEIGHT 0.6f   /* of the spot's, where its pixels count most */
-#define SCALE_HILL 1.75f  /* the window's size over the spot's, by its profile */
+
+#define SCALE_HILL 1.75f /* the window's size over the spot's, by its profile */
 #define SCALE_HILL_BRIGHT 0.6f
 #define SCALE_MESA_AND_RING 1.8f
 #define SCALE_THIN_RING 1.6f
 #define SCALE_CLIPPED 2.6f /* clipping makes sharp edges, which only a wide window bears */
 
-/* What is known of each spot. */
-struct sight {
-	float w[FIT_LANES], area[FIT_LANES], area_xx[FIT_LANES], area_xy[FIT_LANES],
-		area_yy[FIT_LANES];
-	float peak[FIT_LANES], level[FIT_LANES], background[FIT_LANES], contrast[FIT_LANES];
-	float merged[FIT_LANES], size_px[FIT_LANES], clear_px[FIT_LANES];
-};
-
-/* What follows from it. */
+/* What follows from a sight. */
 struct outcome {
 	float xx[FIT_LANES], xy[FIT_LANES], yy[FIT_LANES], tilt_px[FIT_LANES],
 		noise_variance[FIT_LANES];
@@ -45,60 +39,6 @@ struct outcome {
 	float half_x_px[FIT_LANES], half_y_px[FIT_LANES];
 	int usable; /* a bit per spot: the kernel is of use */
 };
-
-/* What spots look like: second central moments, px2, and 0 for a Gaussian, 1 for a sharp disc. */
-struct shapes {
-	float8 xx, xy, yy, flatness;
-};
-
-/* To seven digits, for 0 < v <= 1; the library's differs between processors. v = m 2^e with m from
- * 3/4 to 3/2; ln m = 2 artanh((m - 1) / (m + 1)). */
-static float8 natural_log(float8 v)
-{
-	simde__m256i bits = simde_mm256_castps_si256(v);
-	simde__m256i above = simde_mm256_and_si256(
-		simde_mm256_sub_epi32(bits, simde_mm256_set1_epi32(0x3f400000)),
-		simde_mm256_set1_epi32((int)0xff800000u));
-	float8 m = simde_mm256_castsi256_ps(simde_mm256_sub_epi32(bits, above));
-	float8 exponent = simde_mm256_cvtepi32_ps(simde_mm256_srai_epi32(above, 23));
-	float8 t = over(sub(m, all(1)), add(m, all(1))), t2 = mul(t, t);
-	float8 series = add(all(1 / 7.0f), mul(t2, all(1 / 9.0f)));
-
-	series = add(all(0.2f), mul(t2, series));
-	series = add(all(1 / 3.0f), mul(t2, series));
-	series = add(all(1), mul(t2, series));
-	return add(mul(exponent, all(0.69314718f)), mul(mul(all(2), t), series));
-}
-
-/* From the area above the threshold and the mean height over it. A Gaussian cut off low down is a
- * cone with a wide skirt, a disc is the same at every height; between the two the mean height
- * tells. What is cut off is `cut` times the height, at sqrt(2 `depth`) standard deviations. */
-static struct shapes find_shapes(const struct sight *sight)
-{
-	float8 peak = load8(sight->peak), area = load8(sight->area);
-	float8 height = sub(peak, load8(sight->level));
-	float8 full = sub(peak, load8(sight->background));
-	float8 cut = greater(sub(all(1), over(height, full)), all(0.02f));
-	float8 depth = sub(all(0), natural_log(cut)), kept = sub(all(1), cut);
-	float8 mean_of_gauss = over(sub(kept, mul(cut, depth)), mul(depth, kept));
-	float8 fill = over(sub(over(load8(sight->w), mul(area, height)), mean_of_gauss),
-			   sub(all(1), mean_of_gauss));
-	float8 hollow = sub(all(1), lesser(greater(fill, all(0)), all(1)));
-	float8 flatness = sub(all(1), mul(mul(hollow, hollow), root(hollow)));
-	float8 few = exceeds(all(SHAPELESS_AREA_PX2), area);
-	float8 round = over(area, mul(all(6.2832f), depth)), grow;
-	struct shapes out;
-
-	flatness = mul(flatness, lesser(greater(over(sub(area, all(4)), all(16)), all(0)), all(1)));
-	grow = mul(all(0.83f), add(over(mul(sub(all(1), flatness), all(2)), depth), flatness));
-	out.xx = select8(few, round, mul(load8(sight->area_xx), grow));
-	out.yy = select8(few, round, mul(load8(sight->area_yy), grow));
-	out.xy = select8(few, all(0), mul(load8(sight->area_xy), grow));
-	out.xx = greater(out.xx, all(POINT_VARIANCE_PX2));
-	out.yy = greater(out.yy, all(POINT_VARIANCE_PX2));
-	out.flatness = flatness;
-	return out;
-}
 
 /* What the skirt of a neighbour that stands a pixel away may do: the two were not one because it
  * stays below the threshold. */
@@ -183,7 +123,7 @@ static void find_reach(struct outcome *out)
 
 static void work_out(const struct sight *sight, const struct spot_scene *scene, struct outcome *out)
 {
-	struct shapes shapes = find_shapes(sight);
+	struct shapes shapes = spot_shapes(sight);
 	float8 noise = noise_variances(sight, scene);
 	float8 height = sub(load8(sight->peak), load8(sight->background));
 	float8 sigma = root(mul(all(0.5f), add(shapes.xx, shapes.yy)));
