@@ -1,6 +1,5 @@
 /*
- * Candidates are built freely, several may want the same blob; then they claim their blobs in the
- * order of how well they are confirmed: more views first, then the smaller residual.
+ * A shot's blobs and seeds, and points of one blob per camera.
  */
 #include "track/match/match.h"
 
@@ -10,7 +9,6 @@
 #include "track/match/match_parts.h"
 #include "track/match/sight_index.h"
 
-#define SHORT 32         /* candidates that are sorted one by one */
 #define PART_FROM_PX 0.2 /* the sigma of a part */
 
 double match_sigma_px(const struct matcher *m, uint32_t camera, const struct blob *blob)
@@ -110,89 +108,6 @@ void add_candidate(struct matcher *m, const struct point *point)
 {
 	if (m->candidate_count < CANDIDATE_MAX)
 		m->candidates[m->candidate_count++] = *point;
-}
-
-static bool better(const struct point *a, const struct point *b)
-{
-	return a->fix.residual_px < b->fix.residual_px;
-}
-
-/* Shell sort: in place, no recursion, the same order for the same input. */
-static void sort_by_residual(const struct matcher *m, uint16_t *order, int count)
-{
-	for (int gap = count > SHORT ? count / 4 : 1; gap > 0; gap /= 2)
-		for (int i = gap; i < count; i++) {
-			uint16_t moving = order[i];
-			int k = i;
-
-			for (; k >= gap &&
-			       better(&m->candidates[moving], &m->candidates[order[k - gap]]);
-			     k -= gap)
-				order[k] = order[k - gap];
-			order[k] = moving;
-		}
-}
-
-/* Those with the most views come first. */
-static void sort_candidates(struct matcher *m)
-{
-	uint16_t from[CAMERA_MAX + 2] = {0}, next[CAMERA_MAX + 1];
-
-	for (uint32_t i = 0; i < m->candidate_count; i++)
-		from[CAMERA_MAX - m->candidates[i].fix.used_count + 1]++;
-	for (int rank = 0; rank <= CAMERA_MAX; rank++) {
-		from[rank + 1] += from[rank];
-		next[rank] = from[rank];
-	}
-	for (uint32_t i = 0; i < m->candidate_count; i++)
-		m->candidate_order[next[CAMERA_MAX - m->candidates[i].fix.used_count]++] =
-			(uint16_t)i;
-	for (int rank = 0; rank <= CAMERA_MAX; rank++)
-		sort_by_residual(m, m->candidate_order + from[rank], from[rank + 1] - from[rank]);
-}
-
-void claim(struct matcher *m, const struct point *point)
-{
-	if (m->point_count == POINT_MAX)
-		return;
-	for (uint32_t c = 0; c < m->camera_count; c++)
-		if (point->claimed_mask & (1u << c))
-			m->cameras[c].owner[point->blob[c]] = (int16_t)m->point_count;
-	m->points[m->point_count++] = *point;
-}
-
-/* Drops the views whose blob another point has taken, and solves again with the rest. */
-static bool settle(const struct matcher *m, struct point *point)
-{
-	struct choice left = {.guess_stage_m = point->fix.p_stage_m,
-			      .seed = -1,
-			      .outvoted_mask = point->outvoted_mask};
-	bool changed = false;
-
-	for (uint32_t c = 0; c < m->camera_count; c++) {
-		bool wants = point->claimed_mask & (1u << c);
-
-		left.blob[c] = wants ? point->blob[c] : BLOB_NONE;
-		if (wants && m->cameras[c].owner[left.blob[c]] >= 0) {
-			left.blob[c] = BLOB_NONE;
-			changed = true;
-		}
-	}
-	if (!changed)
-		return true;
-	return point_from_choice(m, &left, point) && point_confirmed(m, point, 3);
-}
-
-void claim_candidates(struct matcher *m)
-{
-	sort_candidates(m);
-	for (uint32_t i = 0; i < m->candidate_count; i++) {
-		struct point *candidate = &m->candidates[m->candidate_order[i]];
-
-		if (settle(m, candidate))
-			claim(m, candidate);
-	}
-	m->candidate_count = 0;
 }
 
 void match_begin(struct matcher *m, const struct tracker_rig *rig, const struct view_excess *excess,

@@ -135,5 +135,12 @@ void match_leftovers(struct matcher *matcher);
  * Returns its index, or -1. */
 int match_two_cameras(struct matcher *matcher, const struct seed *seed);
 
+/* The label across, of a pressed point. */
+int match_across(const struct matcher *matcher, const struct point *point);
+
+/* Of a pressed point of two cameras, adds that of the spots' other halves, if both are the same
+ * label's and free. Returns its index, or -1. */
+int match_other_halves(struct matcher *matcher, int point);
+
 /* The last point was not what it was looked for: its blobs are free again. */
 void match_give_back(struct matcher *matcher);

@@ -23,7 +23,7 @@ struct pair {
 	double distance_m; /* from the seed */
 };
 
-static bool pair_point(const struct matcher *m, const struct seed *seed, uint32_t ca, int blob_a,
+static bool pair_point(const struct matcher *m, struct vec3 guess_stage_m, uint32_t ca, int blob_a,
 		       uint32_t cb, int blob_b, struct point *out)
 {
 	const uint32_t cameras[2] = {ca, cb};
@@ -41,7 +41,7 @@ static bool pair_point(const struct matcher *m, const struct seed *seed, uint32_
 						 false,
 						 NULL};
 	}
-	if (triangulate(sightings, 2, &seed->p_stage_m, &out->fix) ||
+	if (triangulate(sightings, 2, &guess_stage_m, &out->fix) ||
 	    out->fix.residual_px > 0.5 * m->settings->match_gate_px ||
 	    out->fix.chi2_per_dof > CHI2_MAX)
 		return false;
@@ -104,8 +104,8 @@ static void weigh_cameras(const struct matcher *m, const struct seed *seed,
 		for (int j = 0; j < near[cb].count; j++) {
 			struct pair pair;
 
-			if (!pair_point(m, seed, ca, near[ca].blob[i], cb, near[cb].blob[j],
-					&pair.point))
+			if (!pair_point(m, seed->p_stage_m, ca, near[ca].blob[i], cb,
+					near[cb].blob[j], &pair.point))
 				continue;
 			pair.distance_m = vec3_distance(pair.point.fix.p_stage_m, seed->p_stage_m);
 			if (pair.distance_m < best[0].distance_m) {
@@ -115,6 +115,13 @@ static void weigh_cameras(const struct matcher *m, const struct seed *seed,
 				best[1] = pair;
 			}
 		}
+}
+
+static int add_pair(struct matcher *m, const struct point *point)
+{
+	claim(m, point);
+	m->points[m->point_count - 1].is_pressed = match_is_pressed(m, point);
+	return (int)m->point_count - 1;
 }
 
 int match_two_cameras(struct matcher *m, const struct seed *seed)
@@ -131,12 +138,29 @@ int match_two_cameras(struct matcher *m, const struct seed *seed)
 	if (!(best[0].distance_m < seed->radius_m) ||
 	    best[1].distance_m < RIVAL_FACTOR * best[0].distance_m)
 		return -1;
-	for (uint32_t c = 0; c < m->camera_count; c++)
-		if (best[0].point.claimed_mask & (1u << c))
-			m->cameras[c].owner[best[0].point.blob[c]] = (int16_t)m->point_count;
-	m->points[m->point_count] = best[0].point;
-	m->points[m->point_count].is_pressed = match_is_pressed(m, &best[0].point);
-	return (int)m->point_count++;
+	return add_pair(m, &best[0].point);
+}
+
+int match_across(const struct matcher *m, const struct point *point)
+{
+	uint32_t c = (uint32_t)__builtin_ctz(point->fix.used_mask);
+
+	return m->part_label[c][m->other_half[c][point->blob[c]]];
+}
+
+int match_other_halves(struct matcher *m, int point)
+{
+	const struct point *one = &m->points[point];
+	uint32_t ca = (uint32_t)__builtin_ctz(one->fix.used_mask);
+	uint32_t cb = 31 - (uint32_t)__builtin_clz(one->fix.used_mask);
+	int blob_a = m->other_half[ca][one->blob[ca]], blob_b = m->other_half[cb][one->blob[cb]];
+	struct point other;
+
+	if (m->point_count == POINT_MAX || m->part_label[ca][blob_a] != m->part_label[cb][blob_b] ||
+	    m->cameras[ca].owner[blob_a] >= 0 || m->cameras[cb].owner[blob_b] >= 0 ||
+	    !pair_point(m, one->fix.p_stage_m, ca, blob_a, cb, blob_b, &other))
+		return -1;
+	return add_pair(m, &other);
 }
 
 void match_give_back(struct matcher *m)
