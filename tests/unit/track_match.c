@@ -245,6 +245,7 @@ static void show(uint32_t c, struct vec3 p, double aside_px, double sigma_px, in
 	set->blobs[set->blob_count++] = (struct blob){.x_px = (float)(pixel[0] + aside_px),
 						      .y_px = (float)pixel[1],
 						      .sigma_px = (float)sigma_px,
+						      .shape_px2 = {0.2F, 0, 0.2F},
 						      .flags = (uint16_t)flags};
 }
 

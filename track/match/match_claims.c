@@ -9,7 +9,7 @@
 #include "track/match/match_parts.h"
 
 #define SHORT 32            /* candidates that are sorted one by one */
-#define BESIDE_SPREADS2 0.5 /* the square of how far beside, of the spot's own spread's */
+#define BESIDE_SPREADS2 0.5 /* the square of how far beside, over the spot's variance */
 
 static bool better(const struct point *a, const struct point *b)
 {
@@ -76,7 +76,7 @@ static bool is_beside(const struct matcher *m, const struct point *point, uint32
 	    !view_project(m->cameras[c].view, point->fix.p_stage_m, pixel, NULL))
 		return false;
 	double dx = blob->x_px - pixel[0], dy = blob->y_px - pixel[1];
-	return dx * dx + dy * dy > BESIDE_SPREADS2 * spread_px2;
+	return spread_px2 > 0 && dx * dx + dy * dy > BESIDE_SPREADS2 * spread_px2;
 }
 
 /* The cameras whose blob the point takes before others may. Of two views it is a point by what they
@@ -96,7 +96,7 @@ static uint32_t first_claims(const struct matcher *m, const struct point *point)
 	return mask;
 }
 
-/* The other blobs that the point did not use, unless another has. */
+/* The blobs that the point was near and did not use, unless another has them. */
 static void claim_unused(struct matcher *m, uint32_t p)
 {
 	struct point *point = &m->points[p];
@@ -110,6 +110,14 @@ static void claim_unused(struct matcher *m, uint32_t p)
 		else if (*owner != (int16_t)p)
 			point->claimed_mask &= ~(1u << c);
 	}
+}
+
+/* Of all points from that one on; returns how many points there are. */
+static uint32_t claim_all_unused(struct matcher *m, uint32_t from)
+{
+	for (uint32_t p = from; p < m->point_count; p++)
+		claim_unused(m, p);
+	return m->point_count;
 }
 
 /* Drops the views whose blob another point has taken, and solves again with the rest. */
@@ -136,16 +144,17 @@ static bool settle(const struct matcher *m, struct point *point)
 
 void claim_candidates(struct matcher *m)
 {
-	uint32_t first = m->point_count;
+	uint32_t unshared = m->point_count;
 
 	sort_candidates(m);
 	for (uint32_t i = 0; i < m->candidate_count; i++) {
 		struct point *candidate = &m->candidates[m->candidate_order[i]];
 
+		if (candidate->fix.used_count < 3) /* those may only take what is left */
+			unshared = claim_all_unused(m, unshared);
 		if (settle(m, candidate))
 			add_point(m, candidate, first_claims(m, candidate));
 	}
-	for (uint32_t p = first; p < m->point_count; p++)
-		claim_unused(m, p);
+	claim_all_unused(m, unshared);
 	m->candidate_count = 0;
 }

@@ -3,7 +3,6 @@
  * they would drift off with a wrong blob.
  */
 #include <math.h>
-#include <stddef.h>
 
 #include "track/label/remember.h"
 #include "track/match/two_camera.h"
@@ -44,7 +43,8 @@ static void take(struct labelling *l, const struct tracker_state *state, struct 
 	struct vec3 local_m =
 		pose_apply(&l->rt_frame_stage[state->labels[i].frame], found->fix.p_stage_m);
 
-	if (!two_camera_is_it(l, state, matcher, i, found, local_m)) {
+	if (vec3_distance(local_m, l->predictions.labels[i].local_m) > TWO_CAMERA_MAX_M ||
+	    !two_camera_is_it(l, state, matcher, i, found, local_m)) {
 		match_give_back(matcher); /* nothing else confirms it */
 		return;
 	}
