@@ -235,78 +235,6 @@ static void images_full_of_garbage_cost_little_more_a_blob_than_markers(void **s
 	world_finish(&world);
 }
 
-/* What camera c shows of p, that far aside. */
-static void show(uint32_t c, struct vec3 p, double aside_px, double sigma_px, int flags)
-{
-	struct blob_set *set = &world.sets[c];
-	double pixel[2];
-
-	assert_true(view_project(&world.rig.views[c], p, pixel, NULL));
-	set->blobs[set->blob_count++] = (struct blob){.x_px = (float)(pixel[0] + aside_px),
-						      .y_px = (float)pixel[1],
-						      .sigma_px = (float)sigma_px,
-						      .shape_px2 = {0.2F, 0, 0.2F},
-						      .flags = (uint16_t)flags};
-}
-
-/* Two markers, seen by cameras 0, 1, 2 and by 1, 2, 3. The second is hidden from camera 0 right
- * behind the first, whose spot in camera 2 is one with another's. */
-static void the_spot_in_front_is_not_lost_to_the_marker_behind(void **state)
-{
-	struct seed seeds[2] = {{.radius_m = 0.001, .label = 0}, {.radius_m = 0.001, .label = 1}};
-	struct shot shot;
-
-	(void)state;
-	begin(4, 1, 10, 3);
-	world_play(&world, 0, 1000000000, &shot);
-	struct vec3 eye = world.rig.views[0].centre_stage_m, middle = {0, 0, 0};
-	for (int m = 0; m < 10; m++)
-		middle = vec3_add(middle, vec3_scale(world.truth_m[0][m], 0.1));
-	struct vec3 behind = vec3_add(middle, vec3_scale(vec3_sub(middle, eye), 0.02));
-
-	seeds[0].p_stage_m = middle;
-	seeds[1].p_stage_m = behind;
-	for (uint32_t c = 0; c < 4; c++)
-		world.sets[c].blob_count = 0;
-	for (uint32_t c = 1; c < 4; c++)
-		show(c, behind, 0, 0.02, 0);
-	show(0, middle, 0.4, 0.02, 0);
-	show(1, middle, 0, 0.02, 0);
-	show(2, middle, 0.4, 1.5, BLOB_MERGED);
-	match(&shot, seeds, 2);
-	assert_int_equal(matcher.point_count, 2);
-	for (uint32_t p = 0; p < 2; p++)
-		assert_int_equal(matcher.points[p].claimed_mask & 1,
-				 vec3_distance(matcher.points[p].fix.p_stage_m, middle) < NEAR_M);
-	world_finish(&world);
-}
-
-/* A point of five halves, one in each camera, whose other halves are of those markers; of marker -1
- * no point has the other half. */
-static int sure_views_of_halves(const int16_t others[5])
-{
-	struct point point = {.fix = {.used_mask = 0x1f, .used_count = 5}};
-
-	for (int c = 0; c < 5; c++) {
-		matcher.cameras[c].blobs = matcher.parted[c];
-		matcher.other_half[c][0] = 1;
-		matcher.other_half[c][1] = 0;
-		matcher.part_label[c][0] = 3;
-		matcher.part_label[c][1] = others[c];
-		matcher.cameras[c].owner[1] = others[c];
-	}
-	return match_sure_views(&matcher, &point);
-}
-
-static void halves_of_other_pairs_take_away(void **state)
-{
-	(void)state;
-	assert_int_equal(sure_views_of_halves((int16_t[]){7, 7, 7, 7, 7}), 5);
-	assert_int_equal(sure_views_of_halves((int16_t[]){7, 7, 7, -1, -1}), 3);
-	assert_int_equal(sure_views_of_halves((int16_t[]){7, 7, 7, 7, 2}), 3);
-	assert_int_equal(sure_views_of_halves((int16_t[]){7, 7, 7, 2, -1}), 2);
-}
-
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -317,8 +245,6 @@ int main(void)
 		cmocka_unit_test(who_was_outvoted_a_moment_ago_is_again),
 		cmocka_unit_test(every_blob_belongs_to_one_point_at_most),
 		cmocka_unit_test(images_full_of_garbage_cost_little_more_a_blob_than_markers),
-		cmocka_unit_test(the_spot_in_front_is_not_lost_to_the_marker_behind),
-		cmocka_unit_test(halves_of_other_pairs_take_away),
 	};
 
 	cmocka_set_message_output(CM_OUTPUT_TAP);
